@@ -1,0 +1,3 @@
+//! Placeholder.
+mod pose;
+pub use pose::Pose;
