@@ -1,0 +1,108 @@
+//! The scalar an algorithm is written for, once.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A real number type in which the algorithms run: `f32` or `f64`.
+///
+/// Sealed: precision is an option of a solver, not something its user implements.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Default
+    + PartialEq
+    + PartialOrd
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + SubAssign
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// 1/2.
+    const HALF: Self;
+    /// Distance from 1 to the next larger number (twice the unit roundoff).
+    const EPSILON: Self;
+
+    /// The nearest number of this type.
+    fn from_f64(value: f64) -> Self;
+    /// The same number, or the nearest one, in f64.
+    fn to_f64(self) -> f64;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Sine and cosine of an angle [rad].
+    fn sin_cos(self) -> (Self, Self);
+    /// Four-quadrant arctangent of `self / other` [rad].
+    fn atan2(self, other: Self) -> Self;
+    /// Neither infinite nor NaN.
+    fn is_finite(self) -> bool;
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "rounding to the working precision is the purpose"
+)]
+#[inline]
+fn round_to_f32(value: f64) -> f32 {
+    value as f32
+}
+
+macro_rules! impl_real {
+    ($scalar:ident, $round:expr) => {
+        impl Real for $scalar {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const HALF: Self = 0.5;
+            const EPSILON: Self = Self::EPSILON;
+
+            #[inline]
+            fn from_f64(value: f64) -> Self {
+                $round(value)
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                self.abs()
+            }
+            #[inline]
+            fn sin_cos(self) -> (Self, Self) {
+                self.sin_cos()
+            }
+            #[inline]
+            fn atan2(self, other: Self) -> Self {
+                self.atan2(other)
+            }
+            #[inline]
+            fn is_finite(self) -> bool {
+                self.is_finite()
+            }
+        }
+    };
+}
+
+impl_real!(f32, round_to_f32);
+impl_real!(f64, core::convert::identity);
