@@ -1,1 +1,39 @@
-//! Placeholder.
+//! Articulated models: bodies and joints, checked and ordered; generators; URDF import.
+//!
+//! A [`ModelDescription`] is plain data: bodies in any order, parents by name. Building it checks
+//! everything and gives a [`Model`]: constant, parents before children, cheap to clone. A
+//! [`State`] holds the positions and rates that go with it.
+//!
+//! ```
+//! use glam::DVec3;
+//! use vertebra_assembly::{Joint, State, generate};
+//!
+//! let model = generate::chain(1024, &Joint::revolute(DVec3::X), &generate::Rod::default())?;
+//! let state = State::neutral(&model);
+//! assert_eq!(state.q.len(), 1024);
+//! # Ok::<(), vertebra_assembly::ModelError>(())
+//! ```
+
+mod description;
+mod error;
+pub mod generate;
+mod joint;
+mod mass;
+mod model;
+mod not_simulated;
+mod random;
+mod state;
+mod units;
+#[cfg(feature = "urdf")]
+pub mod urdf;
+mod validate;
+
+pub use description::{BodyDescription, FrameDescription, ModelDescription};
+pub use error::{InertiaViolation, ModelError};
+pub use joint::{Joint, JointKind, JointLimits, Mimic};
+pub use mass::MassProperties;
+pub use model::{Body, BodyId, Frame, Model};
+pub use not_simulated::{Feature, NotSimulated};
+pub use random::Random;
+pub use state::State;
+pub use units::Units;

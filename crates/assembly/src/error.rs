@@ -1,0 +1,182 @@
+//! What can be wrong with a model or a state.
+
+use thiserror::Error;
+
+/// Why a model or a state was refused. Every message names the culprit and the remedy.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A model without bodies.
+    #[error("the model `{model}` has no bodies; add at least one")]
+    Empty {
+        /// Name of the model.
+        model: String,
+    },
+    /// More bodies or coordinates than indices can count.
+    #[error("{requested} {what} were asked for; at most {limit} fit: split the model into several")]
+    TooLarge {
+        /// What was counted.
+        what: &'static str,
+        /// How many were asked for.
+        requested: usize,
+        /// How many are possible.
+        limit: usize,
+    },
+    /// A serialised model or state of another format version.
+    #[error("{what} has format version {found}, this library reads version {supported}")]
+    UnsupportedVersion {
+        /// "model" or "state".
+        what: &'static str,
+        /// Version in the data.
+        found: u32,
+        /// Version understood.
+        supported: u32,
+    },
+    /// A body or frame without a name.
+    #[error("{what} number {index} has an empty name; give it one")]
+    EmptyName {
+        /// "body" or "frame".
+        what: &'static str,
+        /// Index in the description, from 0.
+        index: usize,
+    },
+    /// Two bodies or frames of one name.
+    #[error("the name `{name}` is used twice; body and frame names must be unique in a model")]
+    DuplicateName {
+        /// The name.
+        name: String,
+    },
+    /// A parent that is not in the model.
+    #[error("body `{body}` names the parent `{parent}`, which is not a body of the model")]
+    UnknownParent {
+        /// The body.
+        body: String,
+        /// Its missing parent.
+        parent: String,
+    },
+    /// A frame or coupling that refers to a body outside the model.
+    #[error("`{user}` refers to `{body}`, which is not a body of the model")]
+    UnknownBody {
+        /// Who refers to it.
+        user: String,
+        /// The missing body.
+        body: String,
+    },
+    /// Bodies that are each other's ancestors.
+    #[error(
+        "body `{body}` is its own ancestor; the parents of a model must form trees, so close loops otherwise"
+    )]
+    Cycle {
+        /// A body on the cycle.
+        body: String,
+    },
+    /// NaN or infinity in a description.
+    #[error("{quantity} of `{element}` is not finite ({value})")]
+    NonFinite {
+        /// Which number.
+        quantity: &'static str,
+        /// Body, joint, frame or model it belongs to.
+        element: String,
+        /// The number.
+        value: f64,
+    },
+    /// A joint axis without direction.
+    #[error("the joint of body `{body}` has an axis of length zero; give it a direction")]
+    ZeroAxis {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// A placement whose quaternion is not of unit length.
+    #[error("{quantity} of `{element}` has a quaternion of length {length}; normalise it")]
+    NonUnitQuaternion {
+        /// Which placement.
+        quantity: &'static str,
+        /// Body or frame it belongs to.
+        element: String,
+        /// Length of the quaternion.
+        length: f64,
+    },
+    /// Negative mass.
+    #[error("body `{body}` has the negative mass {mass} kg")]
+    NegativeMass {
+        /// The body.
+        body: String,
+        /// Its mass [kg].
+        mass: f64,
+    },
+    /// A mass far outside the others.
+    #[error(
+        "{quantity} of body `{body}` is {value:e}, beyond 1e100 or below 1e-100: state it in SI units"
+    )]
+    AbsurdSize {
+        /// Which number.
+        quantity: &'static str,
+        /// The body.
+        body: String,
+        /// The number.
+        value: f64,
+    },
+    /// An inertia matrix that is not symmetric.
+    #[error(
+        "the inertia of body `{body}` is not symmetric; give the matrix about the centre of mass"
+    )]
+    AsymmetricInertia {
+        /// The body.
+        body: String,
+    },
+    /// An inertia that no distribution of mass has.
+    #[error(
+        "the inertia of body `{body}` is impossible: {reason}; check its products of inertia and units"
+    )]
+    NonPhysicalInertia {
+        /// The body.
+        body: String,
+        /// What it violates.
+        reason: InertiaViolation,
+    },
+    /// A movable body whose joint moves no mass.
+    #[error(
+        "the joint of body `{body}` moves no inertia: give the body mass and inertia, attach a body with mass beyond it, or fix the joint"
+    )]
+    MasslessBody {
+        /// The body.
+        body: String,
+    },
+    /// An array of the wrong length.
+    #[error("{quantity} has {found} entries, the model needs {expected}")]
+    WrongLength {
+        /// Which array.
+        quantity: &'static str,
+        /// Length it must have.
+        expected: usize,
+        /// Length it has.
+        found: usize,
+    },
+    /// A parameter of a generator or builder outside its range.
+    #[error("{parameter} must be {requirement}")]
+    BadParameter {
+        /// Which parameter.
+        parameter: &'static str,
+        /// What it must be.
+        requirement: &'static str,
+    },
+}
+
+/// What an impossible inertia violates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum InertiaViolation {
+    /// A principal moment is negative.
+    NotPositiveSemidefinite,
+    /// One principal moment exceeds the sum of the other two.
+    TriangleInequality,
+}
+
+impl core::fmt::Display for InertiaViolation {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::NotPositiveSemidefinite => "a principal moment is negative",
+            Self::TriangleInequality => "one principal moment exceeds the sum of the other two",
+        })
+    }
+}

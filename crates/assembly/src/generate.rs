@@ -1,0 +1,242 @@
+//! Generated models: chains, helices, trees. Seeded ones are the same on every machine.
+
+use crate::{Joint, MassProperties, Model, ModelDescription, ModelError, random::Random};
+use glam::{DQuat, DVec3};
+use vertebra_spatial::Pose;
+
+/// The rod that generated models are made of: a cylinder along z, carried at one end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rod {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Length [m].
+    pub length: f64,
+    /// Radius [m].
+    pub radius: f64,
+}
+
+impl Rod {
+    /// A rod of 1 kg and the given length [m], ten times as long as thick.
+    #[must_use]
+    pub const fn with_length(length: f64) -> Self {
+        Self {
+            mass: 1.0,
+            length,
+            radius: 0.05 * length,
+        }
+    }
+
+    fn mass_properties(&self) -> MassProperties {
+        MassProperties::rod(self.mass, self.length, self.radius)
+    }
+
+    /// Where the next rod is carried: the far end.
+    fn tip(&self) -> Pose {
+        Pose::from_translation(DVec3::new(0.0, 0.0, self.length))
+    }
+}
+
+impl Default for Rod {
+    /// 1 kg, 1 m.
+    fn default() -> Self {
+        Self::with_length(1.0)
+    }
+}
+
+/// A chain of `count` rods hanging from the world, every joint the same.
+///
+/// # Errors
+/// [`ModelError`] if `count` is zero or the joint or rod is impossible.
+pub fn chain(count: usize, joint: &Joint, rod: &Rod) -> Result<Model, ModelError> {
+    grow("chain", count, rod, |index, placement| {
+        (index.checked_sub(1), joint.clone().at(placement))
+    })
+}
+
+/// A chain of `count` rods with revolute joints about random axes: the benchmark of the source.
+///
+/// # Errors
+/// [`ModelError`] if `count` is zero or the rod is impossible.
+pub fn random_chain(count: usize, rod: &Rod, seed: u64) -> Result<Model, ModelError> {
+    let mut random = Random::new(seed);
+    grow("random-chain", count, rod, |index, placement| {
+        let joint = Joint::revolute(random.direction()).at(placement);
+        (index.checked_sub(1), joint)
+    })
+}
+
+/// A chain coiled to a helix: each rod is bent by `bend` about x and twisted by `twist` about z
+/// [rad] against the one before; the joints turn about x.
+///
+/// # Errors
+/// [`ModelError`] if `count` is zero or the rod or an angle is impossible.
+pub fn helix(count: usize, rod: &Rod, bend: f64, twist: f64) -> Result<Model, ModelError> {
+    let half = |angle: f64| (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
+    let ((sx, cx), (sz, cz)) = (half(bend), half(twist));
+    let turn = DQuat::from_xyzw(0.0, 0.0, sz, cz) * DQuat::from_xyzw(sx, 0.0, 0.0, cx);
+    grow("helix", count, rod, |index, placement| {
+        let rotation = if index == 0 { DQuat::IDENTITY } else { turn };
+        let joint = Joint::revolute(DVec3::X).at(Pose::new(rotation, placement.translation));
+        (index.checked_sub(1), joint)
+    })
+}
+
+/// A tree in which every rod carries `branching` others, spread evenly about its axis and leaning
+/// 45 degrees outward; joints turn about x and y in turn.
+///
+/// # Errors
+/// [`ModelError`] if `count` or `branching` is zero or the rod is impossible.
+pub fn tree(count: usize, branching: usize, rod: &Rod) -> Result<Model, ModelError> {
+    if branching == 0 {
+        return Err(ModelError::BadParameter {
+            parameter: "branching",
+            requirement: "at least 1",
+        });
+    }
+    grow("tree", count, rod, |index, placement| {
+        let axis = if index % 2 == 0 { DVec3::X } else { DVec3::Y };
+        let Some(above) = index.checked_sub(1) else {
+            return (None, Joint::revolute(axis));
+        };
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "an angle: the nearest f64 will do"
+        )]
+        let azimuth = core::f64::consts::TAU * (above % branching) as f64 / branching as f64;
+        let lean = if branching == 1 {
+            0.0
+        } else {
+            core::f64::consts::FRAC_PI_4
+        };
+        let (sin, cos) = (libm::sin(0.5 * lean), libm::cos(0.5 * lean));
+        let rotation =
+            DQuat::from_xyzw(sin * libm::cos(azimuth), sin * libm::sin(azimuth), 0.0, cos);
+        let joint = Joint::revolute(axis).at(Pose::new(rotation, placement.translation));
+        (Some(above / branching), joint)
+    })
+}
+
+/// What a random tree is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RandomTree {
+    /// Number of bodies.
+    pub count: usize,
+    /// A body's parent is one of this many bodies before it: 1 is a chain, `count` a bush.
+    pub reach: usize,
+    /// Whether the first body floats freely.
+    pub floating: bool,
+    /// Whether all kinds of joints occur, or only revolute ones.
+    pub mixed: bool,
+    /// How many side by side; the bodies are shared out in blocks.
+    pub articulations: usize,
+}
+
+impl RandomTree {
+    /// One fixed-base tree of `count` bodies with mixed joints, half chain, half bush.
+    #[must_use]
+    pub const fn mixed(count: usize) -> Self {
+        Self {
+            count,
+            reach: 4,
+            floating: false,
+            mixed: true,
+            articulations: 1,
+        }
+    }
+}
+
+/// A random tree, or a forest of them: random placements, inertias, centres of mass and joints.
+///
+/// # Errors
+/// [`ModelError`] if `count`, `reach` or `articulations` is zero.
+pub fn random_tree(tree: &RandomTree, seed: u64) -> Result<Model, ModelError> {
+    for (parameter, value) in [("reach", tree.reach), ("articulations", tree.articulations)] {
+        if value == 0 {
+            return Err(ModelError::BadParameter {
+                parameter,
+                requirement: "at least 1",
+            });
+        }
+    }
+    let mut random = Random::new(seed);
+    let block = tree.count.div_ceil(tree.articulations).max(1);
+    let mut description = ModelDescription::new("random-tree");
+    for index in 0..tree.count {
+        let within = index % block;
+        let parent = (within > 0).then(|| index - 1 - random.below(tree.reach.min(within)));
+        let mut joint = random_joint(&mut random, tree.mixed);
+        if parent.is_none() && tree.floating {
+            joint = Joint::free();
+        }
+        let joint = joint
+            .at(random_pose(&mut random, 0.5))
+            .on_child(random_pose(&mut random, 0.2));
+        let mass = random_mass(&mut random);
+        let parent = parent.map(name);
+        description = description.body(name(index), parent.as_deref(), joint, mass);
+    }
+    description.build()
+}
+
+fn random_joint(random: &mut Random, mixed: bool) -> Joint {
+    let axis = random.direction();
+    match if mixed { random.below(8) } else { 0 } {
+        4 => Joint::prismatic(axis),
+        5 => Joint::spherical(),
+        6 => Joint::free(),
+        7 => Joint::fixed(),
+        _ => Joint::revolute(axis),
+    }
+}
+
+fn random_pose(random: &mut Random, reach: f64) -> Pose {
+    Pose::new(
+        random.rotation(),
+        random.direction() * (reach * random.unit()),
+    )
+}
+
+/// A box of 0.1 to 1.1 kg with edges of 0.1 to 0.4 m, placed anyhow.
+fn random_mass(random: &mut Random) -> MassProperties {
+    let mut edge = || 0.1 + 0.3 * random.unit();
+    let size = DVec3::new(edge(), edge(), edge());
+    let mass = 0.1 + random.unit();
+    MassProperties::cuboid(mass, size).placed(&random_pose(random, 0.3))
+}
+
+fn name(index: usize) -> String {
+    format!("body-{index}")
+}
+
+fn grow(
+    model: &str,
+    count: usize,
+    rod: &Rod,
+    mut joint: impl FnMut(usize, Pose) -> (Option<usize>, Joint),
+) -> Result<Model, ModelError> {
+    for (parameter, value) in [
+        ("length", rod.length),
+        ("radius", rod.radius),
+        ("mass", rod.mass),
+    ] {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(ModelError::BadParameter {
+                parameter,
+                requirement: "finite and above zero",
+            });
+        }
+    }
+    let mut description = ModelDescription::new(model);
+    for index in 0..count {
+        let placement = if index == 0 {
+            Pose::IDENTITY
+        } else {
+            rod.tip()
+        };
+        let (parent, joint) = joint(index, placement);
+        let parent = parent.map(name);
+        description =
+            description.body(name(index), parent.as_deref(), joint, rod.mass_properties());
+    }
+    description.build()
+}

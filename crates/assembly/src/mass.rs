@@ -1,0 +1,127 @@
+//! Mass properties of bodies.
+
+use crate::InertiaViolation;
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+use vertebra_spatial::{Pose, SmallCholesky};
+
+/// Mass, centre of mass and inertia of a rigid body, in its own frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MassProperties {
+    /// Mass [kg].
+    pub mass: f64,
+    /// Centre of mass in the body's frame [m].
+    pub center: DVec3,
+    /// Rotational inertia about the centre of mass, in the axes of the body's frame [kg m^2].
+    pub inertia: DMat3,
+}
+
+impl MassProperties {
+    /// No mass at all, as the intermediate links of compound joints have.
+    pub const MASSLESS: Self = Self {
+        mass: 0.0,
+        center: DVec3::ZERO,
+        inertia: DMat3::ZERO,
+    };
+
+    /// A solid cylinder of `length` and `radius` [m] along z, from the frame's origin to z = length.
+    #[must_use]
+    pub fn rod(mass: f64, length: f64, radius: f64) -> Self {
+        let across = mass * (3.0 * radius * radius + length * length) / 12.0;
+        let along = 0.5 * mass * radius * radius;
+        Self {
+            mass,
+            center: DVec3::new(0.0, 0.0, 0.5 * length),
+            inertia: DMat3::from_diagonal(DVec3::new(across, across, along)),
+        }
+    }
+
+    /// A solid box with edges of `size` [m], centred on the frame's origin.
+    #[must_use]
+    pub fn cuboid(mass: f64, size: DVec3) -> Self {
+        let s = size * size;
+        let diagonal = DVec3::new(s.y + s.z, s.x + s.z, s.x + s.y) * (mass / 12.0);
+        Self {
+            mass,
+            center: DVec3::ZERO,
+            inertia: DMat3::from_diagonal(diagonal),
+        }
+    }
+
+    /// A solid ball of `radius` [m], centred on the frame's origin.
+    #[must_use]
+    pub fn sphere(mass: f64, radius: f64) -> Self {
+        let moment = 0.4 * mass * radius * radius;
+        Self {
+            mass,
+            center: DVec3::ZERO,
+            inertia: DMat3::from_diagonal(DVec3::splat(moment)),
+        }
+    }
+
+    /// The same body described in the frame from which its own frame is seen at `placement`.
+    #[must_use]
+    pub fn placed(&self, placement: &Pose) -> Self {
+        let rotation = placement.matrix();
+        Self {
+            mass: self.mass,
+            center: placement.transform_point(self.center),
+            inertia: rotation * self.inertia * rotation.transpose(),
+        }
+    }
+
+    /// Two bodies welded together, described in the frame both are given in.
+    #[must_use]
+    pub fn combined(&self, other: &Self) -> Self {
+        let mass = self.mass + other.mass;
+        if mass == 0.0 {
+            return Self {
+                inertia: self.inertia + other.inertia,
+                ..*self
+            };
+        }
+        let center = (self.center * self.mass + other.center * other.mass) / mass;
+        Self {
+            mass,
+            center,
+            inertia: self.about(center) + other.about(center),
+        }
+    }
+
+    /// Rotational inertia about `point` [kg m^2].
+    #[must_use]
+    pub fn about(&self, point: DVec3) -> DMat3 {
+        let c = self.center - point;
+        let outer = DMat3::from_cols(c * c.x, c * c.y, c * c.z);
+        self.inertia + (DMat3::from_diagonal(DVec3::splat(c.length_squared())) - outer) * self.mass
+    }
+
+    /// What makes the inertia impossible, if anything does.
+    ///
+    /// A distribution of mass has second moments J = tr(I)/2 - I, which are positive semidefinite;
+    /// that is the triangle inequality of the principal moments, and it implies that I is positive
+    /// semidefinite. Both may fail by 1e-6 of the trace, what rounding to six digits in a file does.
+    #[must_use]
+    pub fn violation(&self) -> Option<InertiaViolation> {
+        let trace = self.inertia.x_axis.x + self.inertia.y_axis.y + self.inertia.z_axis.z;
+        let slack = DMat3::from_diagonal(DVec3::splat(1e-6 * trace.abs()));
+        if trace == 0.0 && self.inertia == DMat3::ZERO {
+            return None;
+        }
+        if !is_positive_definite(self.inertia + slack) {
+            return Some(InertiaViolation::NotPositiveSemidefinite);
+        }
+        let moments = DMat3::from_diagonal(DVec3::splat(0.5 * trace)) - self.inertia;
+        (!is_positive_definite(moments + slack)).then_some(InertiaViolation::TriangleInequality)
+    }
+}
+
+fn is_positive_definite(m: DMat3) -> bool {
+    let mut d = [[0.0; 6]; 6];
+    for (column, values) in m.to_cols_array_2d().iter().enumerate() {
+        for (row, &value) in values.iter().enumerate() {
+            d[row][column] = value;
+        }
+    }
+    SmallCholesky::factor(3, &d, &[0.0; 6]).is_ok()
+}

@@ -1,0 +1,285 @@
+//! The model: checked, ordered, constant.
+
+use crate::{
+    BodyDescription, FrameDescription, Joint, MassProperties, ModelDescription, ModelError, Units,
+    description::MODEL_VERSION, not_simulated::NotSimulated, validate,
+};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::sync::Arc;
+use vertebra_spatial::Pose;
+
+/// Names a body of one model, and the joint that carries it: its index in [`Model::bodies`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct BodyId(pub u32);
+
+impl BodyId {
+    /// The index as the size type of slices.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// An articulated model, or several side by side: bodies, the joints that carry them, gravity.
+///
+/// Constant once built, and cheap to clone: clones share their data. Every parent stands before
+/// its children. Serialises as a [`ModelDescription`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(try_from = "ModelDescription", into = "ModelDescription")]
+pub struct Model {
+    inner: Arc<Inner>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    name: String,
+    gravity: DVec3,
+    units: Units,
+    bodies: Vec<Body>,
+    frames: Vec<Frame>,
+    by_name: HashMap<String, BodyId>,
+    position_count: usize,
+    dof_count: usize,
+    depth: usize,
+}
+
+/// A body of a [`Model`] and the joint that carries it.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Name, unique in the model.
+    pub name: String,
+    /// The parent body; none for the world.
+    pub parent: Option<BodyId>,
+    /// The joint to the parent; its axis has unit length.
+    pub joint: Joint,
+    /// Mass properties in the body's frame.
+    pub mass: MassProperties,
+    /// Where the joint's coordinates start in positions q.
+    pub position_start: usize,
+    /// Where the joint's freedoms start in rates qd, accelerations qdd and joint forces.
+    pub dof_start: usize,
+}
+
+impl Body {
+    /// The joint's coordinates in positions q.
+    #[must_use]
+    pub fn position_range(&self) -> core::ops::Range<usize> {
+        self.position_start..self.position_start + self.joint.kind.position_count()
+    }
+
+    /// The joint's freedoms in rates, accelerations and joint forces.
+    #[must_use]
+    pub fn dof_range(&self) -> core::ops::Range<usize> {
+        self.dof_start..self.dof_start + self.joint.kind.dof_count()
+    }
+}
+
+/// A named place on a body or in the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Name, unique among bodies and frames.
+    pub name: String,
+    /// The body it is fixed to; none for the world.
+    pub body: Option<BodyId>,
+    /// Where it is in that body's frame.
+    pub placement: Pose,
+}
+
+impl Model {
+    /// Name of the model.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// Gravity in world axes [m/s^2].
+    #[must_use]
+    pub fn gravity(&self) -> DVec3 {
+        self.inner.gravity
+    }
+
+    /// The units its solvers compute in.
+    #[must_use]
+    pub fn units(&self) -> &Units {
+        &self.inner.units
+    }
+
+    /// The bodies, parents before children, indexed by [`BodyId`].
+    #[must_use]
+    pub fn bodies(&self) -> &[Body] {
+        &self.inner.bodies
+    }
+
+    /// The named places.
+    #[must_use]
+    pub fn frames(&self) -> &[Frame] {
+        &self.inner.frames
+    }
+
+    /// One body, if the model has it.
+    #[must_use]
+    pub fn body(&self, id: BodyId) -> Option<&Body> {
+        self.inner.bodies.get(id.index())
+    }
+
+    /// The body of that name.
+    #[must_use]
+    pub fn find(&self, name: &str) -> Option<BodyId> {
+        self.inner.by_name.get(name).copied()
+    }
+
+    /// The body that stands last; of a chain, its tip.
+    #[must_use]
+    pub fn last_body(&self) -> BodyId {
+        body_id(self.inner.bodies.len() - 1)
+    }
+
+    /// Every body's id, parents before children.
+    pub fn body_ids(&self) -> impl DoubleEndedIterator<Item = BodyId> + ExactSizeIterator + use<> {
+        (0..self.inner.bodies.len()).map(body_id)
+    }
+
+    /// Length of positions q.
+    #[must_use]
+    pub fn position_count(&self) -> usize {
+        self.inner.position_count
+    }
+
+    /// Degrees of freedom: length of rates qd, accelerations qdd and joint forces.
+    #[must_use]
+    pub fn dof_count(&self) -> usize {
+        self.inner.dof_count
+    }
+
+    /// Bodies on the longest way from the world to a body.
+    #[must_use]
+    pub fn depth(&self) -> usize {
+        self.inner.depth
+    }
+
+    /// Whether two models are the same one: clones of each other.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.inner, &other.inner)
+    }
+
+    /// What the model states that this version does not simulate: limits, damping, friction, mimics.
+    #[must_use]
+    pub fn not_simulated(&self) -> Vec<NotSimulated> {
+        NotSimulated::of_bodies(&self.inner.bodies)
+    }
+
+    /// The model as plain data.
+    #[must_use]
+    pub fn describe(&self) -> ModelDescription {
+        let name_of = |id: Option<BodyId>| id.map(|id| self.inner.bodies[id.index()].name.clone());
+        ModelDescription {
+            version: MODEL_VERSION,
+            name: self.inner.name.clone(),
+            gravity: self.inner.gravity,
+            bodies: self
+                .bodies()
+                .iter()
+                .map(|body| BodyDescription {
+                    name: body.name.clone(),
+                    parent: name_of(body.parent),
+                    joint: body.joint.clone(),
+                    mass: body.mass,
+                })
+                .collect(),
+            frames: self
+                .frames()
+                .iter()
+                .map(|frame| FrameDescription {
+                    name: frame.name.clone(),
+                    body: name_of(frame.body),
+                    placement: frame.placement,
+                })
+                .collect(),
+        }
+    }
+}
+
+impl From<Model> for ModelDescription {
+    fn from(model: Model) -> Self {
+        model.describe()
+    }
+}
+
+impl TryFrom<ModelDescription> for Model {
+    type Error = ModelError;
+
+    fn try_from(description: ModelDescription) -> Result<Self, ModelError> {
+        let order = validate::check(&description)?;
+        let ModelDescription {
+            name,
+            gravity,
+            bodies: written,
+            frames,
+            ..
+        } = description;
+        let units = Units::of_bodies(
+            written
+                .iter()
+                .map(|b| (&b.mass, &b.joint.parent_placement, &b.joint.child_placement)),
+            gravity,
+        );
+
+        let mut by_name = HashMap::with_capacity(written.len());
+        let mut bodies: Vec<Body> = Vec::with_capacity(written.len());
+        let mut depths: Vec<usize> = Vec::with_capacity(written.len());
+        let (mut position_count, mut dof_count) = (0, 0);
+        let mut slots: Vec<Option<BodyDescription>> = written.into_iter().map(Some).collect();
+        for body in order.into_iter().filter_map(|index| slots[index].take()) {
+            let parent = body.parent.and_then(|name| by_name.get(&name).copied());
+            depths.push(1 + parent.map_or(0, |p: BodyId| depths[p.index()]));
+            by_name.insert(body.name.clone(), body_id(bodies.len()));
+            let joint = validate::normalized(body.joint);
+            let (positions, dofs) = (joint.kind.position_count(), joint.kind.dof_count());
+            bodies.push(Body {
+                name: body.name,
+                parent,
+                joint,
+                mass: body.mass,
+                position_start: position_count,
+                dof_start: dof_count,
+            });
+            position_count += positions;
+            dof_count += dofs;
+        }
+        let frames = frames
+            .into_iter()
+            .map(|frame| Frame {
+                name: frame.name,
+                body: frame.body.and_then(|name| by_name.get(&name).copied()),
+                placement: frame.placement,
+            })
+            .collect();
+
+        let model = Self {
+            inner: Arc::new(Inner {
+                name,
+                gravity,
+                units,
+                depth: depths.into_iter().max().unwrap_or(0),
+                bodies,
+                frames,
+                by_name,
+                position_count,
+                dof_count,
+            }),
+        };
+        validate::check_masses(&model)?;
+        Ok(model)
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "validation refuses models of more than u32::MAX bodies"
+)]
+const fn body_id(index: usize) -> BodyId {
+    BodyId(index as u32)
+}

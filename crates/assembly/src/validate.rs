@@ -1,0 +1,336 @@
+//! Checks of a model description, each ending in an error that names the culprit.
+
+use crate::description::MODEL_VERSION;
+use crate::{Joint, JointKind, MassProperties, Model, ModelDescription, ModelError};
+use glam::{DMat3, DVec3};
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap, HashSet};
+use vertebra_spatial::Pose;
+
+/// Sizes outside 1e-100..1e100 overflow when they are multiplied, and no body has them.
+const LARGEST: f64 = 1e100;
+
+/// Index limit of positions and degrees of freedom: seven of them a body still fit 32 bits.
+const BODY_LIMIT: usize = (u32::MAX / 8) as usize;
+
+/// Checks everything but the distribution of mass and returns an order with parents first.
+pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelError> {
+    if description.version != MODEL_VERSION {
+        return Err(ModelError::UnsupportedVersion {
+            what: "model",
+            found: description.version,
+            supported: MODEL_VERSION,
+        });
+    }
+    let bodies = &description.bodies;
+    if bodies.is_empty() {
+        return Err(ModelError::Empty {
+            model: description.name.clone(),
+        });
+    }
+    if bodies.len() > BODY_LIMIT {
+        return Err(ModelError::TooLarge {
+            what: "bodies",
+            requested: bodies.len(),
+            limit: BODY_LIMIT,
+        });
+    }
+    finite_vector("gravity", &description.name, description.gravity)?;
+
+    let mut by_name = HashMap::with_capacity(bodies.len());
+    for (index, body) in bodies.iter().enumerate() {
+        check_name("body", index, &body.name)?;
+        if by_name.insert(body.name.as_str(), index).is_some() {
+            return Err(ModelError::DuplicateName {
+                name: body.name.clone(),
+            });
+        }
+        check_joint(&body.name, &body.joint)?;
+        check_mass(&body.name, &body.mass)?;
+    }
+    for body in bodies {
+        if let Some(mimic) = &body.joint.mimic
+            && !by_name.contains_key(mimic.body.as_str())
+        {
+            return Err(ModelError::UnknownBody {
+                user: body.name.clone(),
+                body: mimic.body.clone(),
+            });
+        }
+    }
+    check_frames(description, &by_name)?;
+    parents_first(description, &by_name)
+}
+
+fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelError> {
+    if name.is_empty() {
+        return Err(ModelError::EmptyName { what, index });
+    }
+    Ok(())
+}
+
+fn check_frames(
+    description: &ModelDescription,
+    by_name: &HashMap<&str, usize>,
+) -> Result<(), ModelError> {
+    let mut names = HashSet::with_capacity(description.frames.len());
+    for (index, frame) in description.frames.iter().enumerate() {
+        check_name("frame", index, &frame.name)?;
+        if by_name.contains_key(frame.name.as_str()) || !names.insert(frame.name.as_str()) {
+            return Err(ModelError::DuplicateName {
+                name: frame.name.clone(),
+            });
+        }
+        if let Some(body) = &frame.body
+            && !by_name.contains_key(body.as_str())
+        {
+            return Err(ModelError::UnknownBody {
+                user: frame.name.clone(),
+                body: body.clone(),
+            });
+        }
+        check_placement("placement", &frame.name, &frame.placement)?;
+    }
+    Ok(())
+}
+
+/// Kahn's algorithm, the smallest index first: an order that has parents first is kept.
+fn parents_first(
+    description: &ModelDescription,
+    by_name: &HashMap<&str, usize>,
+) -> Result<Vec<usize>, ModelError> {
+    let bodies = &description.bodies;
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); bodies.len()];
+    let mut ready = BinaryHeap::new();
+    for (index, body) in bodies.iter().enumerate() {
+        match &body.parent {
+            None => ready.push(Reverse(index)),
+            Some(parent) => match by_name.get(parent.as_str()) {
+                Some(&parent) => children[parent].push(index),
+                None => {
+                    return Err(ModelError::UnknownParent {
+                        body: body.name.clone(),
+                        parent: parent.clone(),
+                    });
+                }
+            },
+        }
+    }
+    let mut order = Vec::with_capacity(bodies.len());
+    while let Some(Reverse(index)) = ready.pop() {
+        order.push(index);
+        ready.extend(children[index].iter().map(|&child| Reverse(child)));
+    }
+    if order.len() < bodies.len() {
+        return Err(ModelError::Cycle {
+            body: bodies[body_on_cycle(description, by_name, &order)]
+                .name
+                .clone(),
+        });
+    }
+    Ok(order)
+}
+
+/// Walks from an unplaced body towards its parents as often as there are bodies: that ends on the
+/// cycle itself, not on something that merely hangs from it.
+fn body_on_cycle(
+    description: &ModelDescription,
+    by_name: &HashMap<&str, usize>,
+    placed: &[usize],
+) -> usize {
+    let placed: HashSet<_> = placed.iter().copied().collect();
+    let mut index = (0..description.bodies.len())
+        .find(|index| !placed.contains(index))
+        .unwrap_or(0);
+    for _ in 0..description.bodies.len() {
+        if let Some(&parent) = description.bodies[index]
+            .parent
+            .as_ref()
+            .and_then(|parent| by_name.get(parent.as_str()))
+        {
+            index = parent;
+        }
+    }
+    index
+}
+
+fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
+    if let JointKind::Revolute { axis } | JointKind::Prismatic { axis } = joint.kind {
+        finite_vector("joint axis", body, axis)?;
+        if axis == DVec3::ZERO {
+            return Err(ModelError::ZeroAxis {
+                body: body.to_owned(),
+            });
+        }
+    }
+    check_placement(
+        "joint placement on the parent",
+        body,
+        &joint.parent_placement,
+    )?;
+    check_placement("joint placement on the body", body, &joint.child_placement)?;
+    finite("joint damping", body, joint.damping)?;
+    finite("joint friction", body, joint.friction)?;
+    if let Some(limits) = &joint.limits {
+        for bound in limits.position.iter().flatten() {
+            finite("joint position limit", body, *bound)?;
+        }
+        finite("joint velocity limit", body, limits.velocity)?;
+        finite("joint effort limit", body, limits.effort)?;
+    }
+    if let Some(mimic) = &joint.mimic {
+        finite("mimic multiplier", body, mimic.multiplier)?;
+        finite("mimic offset", body, mimic.offset)?;
+    }
+    Ok(())
+}
+
+fn check_placement(
+    quantity: &'static str,
+    element: &str,
+    placement: &Pose,
+) -> Result<(), ModelError> {
+    finite_vector(quantity, element, placement.translation)?;
+    not_absurd(quantity, element, placement.translation.abs().max_element())?;
+    for value in placement.rotation.to_array() {
+        finite(quantity, element, value)?;
+    }
+    if !placement.is_valid() {
+        return Err(ModelError::NonUnitQuaternion {
+            quantity,
+            element: element.to_owned(),
+            length: placement.rotation.length(),
+        });
+    }
+    Ok(())
+}
+
+fn check_mass(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
+    finite("mass", body, mass.mass)?;
+    finite_vector("centre of mass", body, mass.center)?;
+    for value in mass.inertia.to_cols_array() {
+        finite("inertia", body, value)?;
+    }
+    if mass.mass < 0.0 {
+        return Err(ModelError::NegativeMass {
+            body: body.to_owned(),
+            mass: mass.mass,
+        });
+    }
+    not_absurd("mass", body, mass.mass)?;
+    not_absurd("centre of mass", body, mass.center.abs().max_element())?;
+    let largest = largest_entry(&mass.inertia);
+    not_absurd("inertia", body, largest)?;
+    let skew = mass.inertia - mass.inertia.transpose();
+    if largest_entry(&skew) > 1e-9 * largest {
+        return Err(ModelError::AsymmetricInertia {
+            body: body.to_owned(),
+        });
+    }
+    match mass.violation() {
+        Some(reason) => Err(ModelError::NonPhysicalInertia {
+            body: body.to_owned(),
+            reason,
+        }),
+        None => Ok(()),
+    }
+}
+
+fn largest_entry(m: &DMat3) -> f64 {
+    m.to_cols_array().iter().fold(0.0, |a, b| a.max(b.abs()))
+}
+
+fn not_absurd(quantity: &'static str, body: &str, value: f64) -> Result<(), ModelError> {
+    if value != 0.0 && !(LARGEST.recip()..=LARGEST).contains(&value) {
+        return Err(ModelError::AbsurdSize {
+            quantity,
+            body: body.to_owned(),
+            value,
+        });
+    }
+    Ok(())
+}
+
+fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), ModelError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(ModelError::NonFinite {
+        quantity,
+        element: element.to_owned(),
+        value,
+    })
+}
+
+fn finite_vector(quantity: &'static str, element: &str, v: DVec3) -> Result<(), ModelError> {
+    v.to_array()
+        .into_iter()
+        .try_for_each(|value| finite(quantity, element, value))
+}
+
+/// Axes of unit length, quaternions too.
+pub(crate) fn normalized(mut joint: Joint) -> Joint {
+    if let JointKind::Revolute { axis } | JointKind::Prismatic { axis } = &mut joint.kind {
+        // An axis may be as short as 1e-200: bring it near 1 before it is squared.
+        let scaled = *axis / axis.abs().max_element();
+        // One that is of unit length to rounding already stays as it is written.
+        if (axis.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {
+            *axis = scaled / scaled.length();
+        }
+    }
+    for placement in [&mut joint.parent_placement, &mut joint.child_placement] {
+        if (placement.rotation.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {
+            placement.rotation = placement.rotation.normalize();
+        }
+    }
+    joint
+}
+
+/// Refuses joints that move no inertia whatever the positions.
+///
+/// What a joint accelerates is the cluster of bodies rigidly fixed beyond it, and whatever hangs
+/// from that cluster by further joints. If the cluster alone resists the joint's motion, all is
+/// well. If not, mass beyond a further joint must do it; whether it does depends on the position,
+/// and the solvers find out then.
+pub(crate) fn check_masses(model: &Model) -> Result<(), ModelError> {
+    let bodies = model.bodies();
+    let mut clusters: Vec<MassProperties> = Vec::with_capacity(bodies.len());
+    for body in bodies {
+        // In the child's joint frame, where the axis is given.
+        clusters.push(body.mass.placed(&body.joint.child_placement.inverse()));
+    }
+    let mut mass_beyond = vec![false; bodies.len()];
+    for (index, body) in bodies.iter().enumerate().rev() {
+        let cluster = clusters[index];
+        let resists = match body.joint.kind {
+            JointKind::Fixed => true,
+            JointKind::Revolute { axis } => axis.dot(cluster.about(DVec3::ZERO) * axis) > 0.0,
+            JointKind::Prismatic { .. } => cluster.mass > 0.0,
+            JointKind::Spherical => {
+                let about = cluster.about(DVec3::ZERO);
+                [about.x_axis.x, about.y_axis.y, about.z_axis.z]
+                    .iter()
+                    .all(|&moment| moment > 0.0)
+                    && about.determinant() > 0.0
+            }
+            JointKind::Free => cluster.mass > 0.0 && DMat3::determinant(&cluster.inertia) > 0.0,
+        };
+        if !resists && !mass_beyond[index] {
+            return Err(ModelError::MasslessBody {
+                body: body.name.clone(),
+            });
+        }
+        if let Some(parent) = body.parent.map(|p| p.index()) {
+            if body.joint.kind == JointKind::Fixed {
+                // From the child's joint frame to the parent's, through the parent's body frame.
+                let to_parent =
+                    bodies[parent].joint.child_placement.inverse() * body.joint.parent_placement;
+                clusters[parent] = clusters[parent].combined(&cluster.placed(&to_parent));
+                mass_beyond[parent] |= mass_beyond[index];
+            } else {
+                mass_beyond[parent] |= cluster.mass > 0.0 || mass_beyond[index];
+            }
+        }
+    }
+    Ok(())
+}
