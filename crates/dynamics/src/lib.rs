@@ -1,1 +1,72 @@
-//! Placeholder.
+//! Dynamics of articulated bodies on the CPU: forward (ABA, CRBA) and inverse (RNEA), kinematics,
+//! energies, integrators, and the residual that says how well a solution solves its equations.
+//!
+//! A [`Model`](vertebra_assembly::Model) is constant, a [`State`](vertebra_assembly::State) is what
+//! is saved, a [`Workspace`] owns scratch and results; the algorithms are functions over them. A
+//! [`Simulation`] bundles them all. All values are f64 in SI at the boundary; the precision inside
+//! is a choice of the workspace.
+//!
+//! ```
+//! use vertebra_assembly::{State, generate};
+//! use vertebra_dynamics::{Forces, Precision, Workspace, Wrench, aba, joint_wrenches, residual};
+//!
+//! let model = generate::random_chain(128, &generate::Rod::default(), 7)?;
+//! let state = State::random(&model, 8);
+//! let mut forces = Forces::none(&model);
+//! forces.push(model.last_body(), Wrench::at_center([0.0, 5.0, 0.0]));
+//!
+//! let mut workspace = Workspace::new(&model, Precision::F64);
+//! let qdd = aba(&model, &state, &forces, &mut workspace)?;
+//! assert_eq!(qdd.len(), 128);
+//!
+//! joint_wrenches(&mut workspace)?;
+//! assert!(residual(&model, &state, &forces, &workspace)?.max() < 1e-12);
+//! # Ok::<(), vertebra_dynamics::Error>(())
+//! ```
+
+mod aba;
+mod crba;
+mod energy;
+mod error;
+mod external;
+mod forces;
+mod integrate;
+mod kinematics;
+mod link;
+mod precision;
+mod residual;
+mod rnea;
+mod simulation;
+mod workspace;
+
+pub use aba::{aba, joint_wrenches};
+pub use crba::{crba, crba_forward_dynamics};
+pub use energy::{Mechanics, mechanics};
+pub use error::Error;
+pub use forces::{Forces, Wrench};
+pub use integrate::Integrator;
+pub use kinematics::forward_kinematics;
+pub use precision::Precision;
+pub use residual::{Residual, residual};
+pub use rnea::rnea;
+pub use simulation::Simulation;
+pub use workspace::Workspace;
+
+use vertebra_assembly::Model;
+
+/// Lets no NaN or infinity out: names the first body whose result is not finite.
+pub(crate) fn finite_results(
+    model: &Model,
+    quantity: &'static str,
+    values: &[f64],
+    time: f64,
+) -> Result<(), Error> {
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(dof) => Err(Error::Overflow {
+            quantity,
+            body: forces::body_of_dof(model, dof),
+            time,
+        }),
+    }
+}

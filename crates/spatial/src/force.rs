@@ -3,7 +3,7 @@
 use crate::{Real, Vec3};
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// A spatial force vector, angular part first: moment about the origin [N m] and force [N], or
+/// A spatial force vector, angular part first: moment about the origin [N m] and force \[N\], or
 /// angular [N m s] and linear momentum [N s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Force<T> {

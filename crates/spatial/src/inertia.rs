@@ -6,7 +6,7 @@ use core::ops::AddAssign;
 /// Inertia of a rigid body about the origin, in the axes at hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RigidInertia<T> {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: T,
     /// First moment: mass times the offset of the centre of mass from the origin [kg m].
     pub moment: Vec3<T>,
@@ -97,7 +97,7 @@ pub struct ArticulatedInertia<T> {
     pub angular: Sym3<T>,
     /// H: force from angular acceleration [kg m].
     pub coupling: Mat3<T>,
-    /// C: force from linear acceleration [kg].
+    /// C: force from linear acceleration \[kg\].
     pub linear: Sym3<T>,
 }
 
@@ -170,6 +170,22 @@ impl<T: Real> ArticulatedInertia<T> {
             coupling,
             linear: self.linear,
         }
+    }
+
+    /// Trace of the angular block of [`shifted_back`](Self::shifted_back), without forming it:
+    /// tr A + 2 tr(r~ H) + |r|^2 tr C - r.(C r).
+    #[inline]
+    #[must_use]
+    pub fn shifted_angular_trace(&self, r: Vec3<T>) -> T {
+        let h = &self.coupling;
+        let skew = vec3(
+            h.z_axis.y - h.y_axis.z,
+            h.x_axis.z - h.z_axis.x,
+            h.y_axis.x - h.x_axis.y,
+        );
+        let coupled = r.dot(skew);
+        self.angular.trace() + coupled + coupled + r.length_squared() * self.linear.trace()
+            - r.dot(self.linear * r)
     }
 }
 

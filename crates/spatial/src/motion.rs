@@ -32,7 +32,7 @@ impl<T: Real> Motion<T> {
         Self::new(self.angular, self.linear + self.angular.cross(r))
     }
 
-    /// Power [W] of a force acting on this velocity; the pairing of motion and force vectors.
+    /// Power \[W\] of a force acting on this velocity; the pairing of motion and force vectors.
     #[inline]
     #[must_use]
     pub fn dot(self, force: Force<T>) -> T {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 pub struct Pose {
     /// Orientation of B in A, a unit quaternion (x, y, z, w).
     pub rotation: DQuat,
-    /// Origin of B in A [m].
+    /// Origin of B in A \[m\].
     pub translation: DVec3,
 }
 
@@ -21,7 +21,7 @@ impl Pose {
         translation: DVec3::ZERO,
     };
 
-    /// A placement from its rotation and translation [m].
+    /// A placement from its rotation and translation \[m\].
     #[must_use]
     pub const fn new(rotation: DQuat, translation: DVec3) -> Self {
         Self {
@@ -30,7 +30,7 @@ impl Pose {
         }
     }
 
-    /// A placement without rotation [m].
+    /// A placement without rotation \[m\].
     #[must_use]
     pub const fn from_translation(translation: DVec3) -> Self {
         Self::new(DQuat::IDENTITY, translation)
@@ -55,7 +55,7 @@ impl Pose {
         DMat3::from_quat(self.rotation)
     }
 
-    /// Takes a point from B's coordinates to A's [m].
+    /// Takes a point from B's coordinates to A's \[m\].
     #[must_use]
     pub fn transform_point(&self, point: DVec3) -> DVec3 {
         self.rotation * point + self.translation

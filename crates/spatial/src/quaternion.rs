@@ -100,7 +100,7 @@ impl<T: Real> Quat<T> {
         }
     }
 
-    /// Logarithm: the rotation vector [rad] of length at most pi whose [`exp`](Self::exp) this is,
+    /// Logarithm: the rotation vector \[rad\] of length at most pi whose [`exp`](Self::exp) this is,
     /// up to the sign of the quaternion.
     #[inline]
     #[must_use]
@@ -119,7 +119,7 @@ impl<T: Real> Quat<T> {
         v * (two * sine.atan2(w) / sine)
     }
 
-    /// Moves an orientation by the angular displacement `r` [rad] given in the turning frame's own
+    /// Moves an orientation by the angular displacement `r` \[rad\] given in the turning frame's own
     /// axes: q exp(r), renormalised.
     #[inline]
     #[must_use]

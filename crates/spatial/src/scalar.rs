@@ -47,9 +47,9 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
-    /// Sine and cosine of an angle [rad].
+    /// Sine and cosine of an angle \[rad\].
     fn sin_cos(self) -> (Self, Self);
-    /// Four-quadrant arctangent of `self / other` [rad].
+    /// Four-quadrant arctangent of `self / other` \[rad\].
     fn atan2(self, other: Self) -> Self;
     /// Neither infinite nor NaN.
     fn is_finite(self) -> bool;

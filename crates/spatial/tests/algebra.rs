@@ -103,6 +103,8 @@ fn check<T: Real>(
         flat(shifted.angular, shifted.linear),
         tolerance(5),
     );
+    let trace = articulated.shifted_back(r).angular.trace() - articulated.shifted_angular_trace(r);
+    assert!(trace.to_f64().abs() <= tolerance(4));
     let moved = rigid.shifted_back(r).mul(motion);
     assert_close(
         flat(definition.angular, definition.linear),

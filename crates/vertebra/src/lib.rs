@@ -1,1 +1,21 @@
-//! Placeholder.
+//! Articulated-body dynamics and exact mesh collision that report their error beside their speed.
+//!
+//! This crate is what an application imports. It only gathers the others, each of which can be used
+//! alone: `vertebra-spatial` (6-D algebra), `vertebra-assembly` (models, generators, URDF),
+//! `vertebra-dynamics` (ABA, RNEA, CRBA, integrators, residuals) and `vertebra-collision` (meshes
+//! and their colliding triangles).
+//!
+//! Conventions (frames, order, units) stand in the documentation of [`spatial`].
+
+pub use glam;
+pub use vertebra_assembly::{self as assembly, *};
+pub use vertebra_collision::{
+    self as collision, MeshError, Method, PlyPart, Query, QueryError, TriangleMesh, write_ply,
+};
+pub use vertebra_dynamics::{self as dynamics, *};
+pub use vertebra_spatial::{self as spatial, Pose};
+
+/// The README's example, compiled and run with the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -1,0 +1,104 @@
+//! The solvers of forward dynamics, behind one door.
+
+use vertebra::{
+    Error, Forces, Model, Precision, Residual, State, Workspace, aba, crba_forward_dynamics,
+    joint_wrenches, residual,
+};
+
+/// A way to compute forward dynamics.
+pub trait Solver: Sync {
+    /// Name of the method, as in benchmark rows.
+    fn method(&self) -> &'static str;
+
+    /// Precision it works in.
+    fn precision(&self) -> Precision;
+
+    /// Whether it goes through the joint-space mass matrix: it then loses up to that matrix's
+    /// condition number, which grows up to n^4 on chains, and gives no forces of the bodies.
+    fn is_dense(&self) -> bool {
+        false
+    }
+
+    /// Joint accelerations [rad/s^2 or m/s^2].
+    ///
+    /// # Errors
+    /// As the method's own.
+    fn solve(&self, model: &Model, state: &State, forces: &Forces) -> Result<Vec<f64>, Error>;
+
+    /// Residual of the bodies' own equations; none where the method gives no forces of the bodies.
+    ///
+    /// # Errors
+    /// As the method's own.
+    fn residual(
+        &self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<Option<Residual>, Error>;
+}
+
+/// Every solver there is on this machine.
+#[must_use]
+pub fn all() -> Vec<Box<dyn Solver>> {
+    vec![
+        Box::new(Aba(Precision::F64)),
+        Box::new(Aba(Precision::F32)),
+        Box::new(Crba),
+    ]
+}
+
+/// The articulated-body algorithm on the CPU.
+pub struct Aba(pub Precision);
+
+impl Solver for Aba {
+    fn method(&self) -> &'static str {
+        "aba"
+    }
+
+    fn precision(&self) -> Precision {
+        self.0
+    }
+
+    fn solve(&self, model: &Model, state: &State, forces: &Forces) -> Result<Vec<f64>, Error> {
+        let mut workspace = Workspace::new(model, self.0);
+        Ok(aba(model, state, forces, &mut workspace)?.to_vec())
+    }
+
+    fn residual(
+        &self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<Option<Residual>, Error> {
+        let mut workspace = Workspace::new(model, self.0);
+        aba(model, state, forces, &mut workspace)?;
+        joint_wrenches(&mut workspace)?;
+        residual(model, state, forces, &workspace).map(Some)
+    }
+}
+
+/// The composite-rigid-body algorithm and a dense Cholesky factorisation, in f64.
+pub struct Crba;
+
+impl Solver for Crba {
+    fn method(&self) -> &'static str {
+        "crba"
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::F64
+    }
+
+    fn is_dense(&self) -> bool {
+        true
+    }
+
+    fn solve(&self, model: &Model, state: &State, forces: &Forces) -> Result<Vec<f64>, Error> {
+        let mut workspace = Workspace::new(model, Precision::F64);
+        crba_forward_dynamics(model, state, forces, &mut workspace)
+    }
+
+    fn residual(&self, _: &Model, _: &State, _: &Forces) -> Result<Option<Residual>, Error> {
+        Ok(None)
+    }
+}

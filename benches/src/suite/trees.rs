@@ -1,0 +1,207 @@
+//! Random trees, forests and chains with all kinds of joints.
+
+use super::{Figure, Outcome, relative_error, solver::Solver};
+use vertebra::generate::{self, RandomTree, Rod};
+use vertebra::{
+    Forces, Model, Precision, Random, State, Workspace, Wrench, aba, crba, crba_forward_dynamics,
+    rnea,
+};
+
+/// A random problem.
+struct Problem {
+    name: String,
+    model: Model,
+    state: State,
+    forces: Forces,
+}
+
+impl Problem {
+    fn new(name: String, model: Model, seed: u64) -> Self {
+        let state = State::random(&model, seed);
+        let mut random = Random::new(seed ^ 0x5eed);
+        let mut forces = Forces::none(&model);
+        forces.joint.fill_with(|| random.symmetric());
+        let bodies: Vec<_> = model.body_ids().collect();
+        for _ in 0..3 {
+            let wrench = Wrench::at_point(random.direction() * 5.0, random.direction())
+                .with_torque(random.direction());
+            forces.push(bodies[random.below(bodies.len())], wrench);
+        }
+        Self {
+            name,
+            model,
+            state,
+            forces,
+        }
+    }
+
+    /// Bodies and degrees of freedom, whichever are more.
+    #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
+    fn size(&self) -> f64 {
+        self.model.dof_count().max(self.model.bodies().len()) as f64
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
+    fn depth(&self) -> f64 {
+        self.model.depth() as f64
+    }
+}
+
+/// Mixed trees and forests of up to 256 freedoms: chains, bushes, floating and fixed bases.
+fn small_problems() -> anyhow::Result<Vec<Problem>> {
+    let mut problems = Vec::new();
+    for (count, reach, articulations) in [
+        (1, 1, 1),
+        (2, 1, 1),
+        (3, 2, 1),
+        (8, 1, 1),
+        (8, 8, 3),
+        (30, 2, 1),
+        (30, 30, 4),
+        (80, 1, 1),
+        (80, 4, 1),
+        (80, 80, 7),
+    ] {
+        for seed in 0..4_u64 {
+            let tree = RandomTree {
+                count,
+                reach,
+                floating: seed % 2 == 1,
+                mixed: true,
+                articulations,
+            };
+            let model = generate::random_tree(&tree, seed * 1000 + count as u64)?;
+            let name = format!("{count} bodies reach {reach} x {articulations} seed {seed}");
+            if model.dof_count() <= 256 {
+                problems.push(Problem::new(name, model, seed));
+            }
+        }
+    }
+    Ok(problems)
+}
+
+/// Chains and trees of up to 5000 bodies.
+fn large_problems() -> anyhow::Result<Vec<Problem>> {
+    let mut problems = Vec::new();
+    for (index, count) in [1, 2, 3, 17, 100, 1000, 5000].into_iter().enumerate() {
+        let seed = index as u64;
+        for reach in [1, 3, count] {
+            let tree = RandomTree {
+                reach,
+                floating: index % 2 == 0,
+                ..RandomTree::mixed(count)
+            };
+            let model = generate::random_tree(&tree, seed)?;
+            problems.push(Problem::new(
+                format!("{count} mixed, reach {reach}"),
+                model,
+                seed,
+            ));
+        }
+        let chain = generate::random_chain(count, &Rod::default(), seed)?;
+        problems.push(Problem::new(format!("chain of {count}"), chain, seed));
+    }
+    Ok(problems)
+}
+
+/// |tau - RNEA(qdd)|_i over eps n (|M| |qdd| + |h|)_i, at most 8: the joint torques of the solution,
+/// by inverse dynamics in f64.
+///
+/// # Errors
+/// If a problem cannot be solved.
+pub fn joint_torque_residual(solver: &dyn Solver) -> Outcome {
+    let mut figures = Vec::new();
+    for problem in small_problems()? {
+        let Problem {
+            name,
+            model,
+            state,
+            forces,
+        } = &problem;
+        let qdd = solver.solve(model, state, forces)?;
+        let mut workspace = Workspace::new(model, Precision::F64);
+        let still = vec![0.0; model.dof_count()];
+        let bias = rnea(model, state, &still, forces, &mut workspace)?.to_vec();
+        let tau = rnea(model, state, &qdd, forces, &mut workspace)?.to_vec();
+        let mass = crba(model, state, &mut workspace)?;
+        let unit = solver.precision().epsilon() * problem.size();
+        let mut worst = 0.0_f64;
+        for i in 0..model.dof_count() {
+            let moved: f64 = (0..qdd.len())
+                .map(|j| mass[(i, j)].abs() * qdd[j].abs())
+                .sum();
+            let scale = unit * (moved + bias[i].abs());
+            worst = worst.max((forces.joint[i] - tau[i]).abs() / scale);
+        }
+        figures.push(Figure::new(name.clone(), worst, 8.0));
+    }
+    Ok(figures)
+}
+
+/// Residual of the bodies' own equations over eps depth, at most 64.
+///
+/// # Errors
+/// If a problem cannot be solved.
+pub fn own_equations(solver: &dyn Solver) -> Outcome {
+    let mut figures = Vec::new();
+    for problem in large_problems()? {
+        let Problem {
+            name,
+            model,
+            state,
+            forces,
+        } = &problem;
+        if let Some(residual) = solver.residual(model, state, forces)? {
+            let unit = solver.precision().epsilon() * problem.depth();
+            figures.push(Figure::new(name.clone(), residual.max() / unit, 64.0));
+        }
+    }
+    Ok(figures)
+}
+
+/// Two calls, and a call after another problem, give the same bits.
+///
+/// # Errors
+/// If a problem cannot be solved.
+pub fn same_bits(solver: &dyn Solver) -> Outcome {
+    let mut figures = Vec::new();
+    for problem in small_problems()? {
+        let solve = || solver.solve(&problem.model, &problem.state, &problem.forces);
+        let bits = |qdd: Vec<f64>| qdd.into_iter().map(f64::to_bits).collect::<Vec<_>>();
+        let differs = f64::from(u8::from(bits(solve()?) != bits(solve()?)));
+        figures.push(Figure::new(problem.name.clone(), differs, 0.0));
+    }
+    Ok(figures)
+}
+
+/// |ABA - CRBA| over eps n cond(M) max|qdd|, at most 8, in f64.
+///
+/// # Errors
+/// If a problem cannot be solved.
+pub fn aba_against_crba() -> Outcome {
+    let mut figures = Vec::new();
+    for problem in small_problems()? {
+        let Problem {
+            name,
+            model,
+            state,
+            forces,
+        } = &problem;
+        if model.dof_count() == 0 {
+            continue;
+        }
+        let mut workspace = Workspace::new(model, Precision::F64);
+        let recursive = aba(model, state, forces, &mut workspace)?.to_vec();
+        let dense = crba_forward_dynamics(model, state, forces, &mut workspace)?;
+        let mass = crba(model, state, &mut workspace)?;
+        let values = mass
+            .self_adjoint_eigenvalues(faer::Side::Lower)
+            .map_err(|error| anyhow::anyhow!("eigenvalues: {error:?}"))?;
+        let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = values.iter().copied().fold(0.0, f64::max);
+        let unit = f64::EPSILON * problem.size() * (largest / smallest);
+        let error = relative_error(&recursive, &dense) / unit;
+        figures.push(Figure::new(name.clone(), error, 8.0));
+    }
+    Ok(figures)
+}

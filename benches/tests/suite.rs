@@ -1,0 +1,64 @@
+//! The shared suite, every check a test of its own.
+
+use vertebra_bench::suite::{self, Outcome};
+
+fn assert_passes(name: &str, outcome: Outcome) {
+    let figures = outcome.unwrap_or_else(|error| panic!("{name}: {error:#}"));
+    assert!(!figures.is_empty(), "{name} measured nothing");
+    let worst = figures
+        .iter()
+        .max_by(|a, b| (a.value / a.bound).total_cmp(&(b.value / b.bound)))
+        .expect("not empty");
+    println!(
+        "{name}: worst {} = {:e} of {:e}",
+        worst.name, worst.value, worst.bound
+    );
+    for figure in &figures {
+        assert!(
+            figure.passes(),
+            "{name}: {} is {:e}, bound {:e}",
+            figure.name,
+            figure.value,
+            figure.bound
+        );
+    }
+}
+
+fn dynamics(name: &str) {
+    let check = suite::DYNAMICS
+        .iter()
+        .find(|check| check.name == name)
+        .expect("known check");
+    for solver in suite::solver::all() {
+        if (check.applies)(solver.as_ref()) {
+            let label = format!("{name} {} {}", solver.method(), solver.precision());
+            assert_passes(&label, (check.run)(solver.as_ref()));
+        }
+    }
+}
+
+fn other(name: &str) {
+    let (_, check) = suite::OTHERS
+        .iter()
+        .find(|(n, _)| *n == name)
+        .expect("known check");
+    assert_passes(name, check());
+}
+
+macro_rules! suite_tests {
+    ($runner:ident: $($name:ident),*) => {
+        $(#[test]
+        fn $name() {
+            $runner(stringify!($name));
+        })*
+    };
+}
+
+suite_tests!(dynamics: gold_chains, gold_robots, joint_torque_residual, own_equations, same_bits);
+suite_tests!(other: robot_quantities, aba_against_crba, mesh_pairs);
+
+/// No check of the library is forgotten above.
+#[test]
+fn every_check_is_a_test() {
+    assert_eq!((suite::DYNAMICS.len(), suite::OTHERS.len()), (5, 3));
+}

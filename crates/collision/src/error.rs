@@ -1,0 +1,201 @@
+//! Errors, each naming the culprit and the remedy.
+
+use std::io;
+use std::path::PathBuf;
+
+/// Why a mesh was refused.
+///
+/// Lines count from 1; vertices, triangles, facets and byte offsets from 0.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// Something is wrong with a file.
+    #[error("{}: {error}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: Box<Self>,
+    },
+    /// The file could not be read.
+    #[error("cannot be read ({kind}): check the path, the permissions and the free memory")]
+    Read {
+        /// What the operating system said.
+        kind: io::ErrorKind,
+    },
+    /// The extension names no format that can be read.
+    #[error("unknown mesh format: the file name must end in .obj or .stl")]
+    UnknownExtension,
+    /// The mesh has no triangle.
+    #[error("empty mesh: at least one triangle is needed")]
+    Empty,
+    /// More vertices or triangles than 32-bit indices can name.
+    #[error("{count} {element} are too many for 32-bit indices: split the mesh")]
+    TooMany {
+        /// "vertices" or "triangles".
+        element: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+    /// A vertex coordinate is NaN or infinite.
+    #[error("vertex {vertex} has a coordinate that is not finite: repair or remove it")]
+    NonFiniteVertex {
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// A triangle names a vertex that is not there.
+    #[error(
+        "triangle {triangle} names vertex {index}, but there are {vertices} vertices (counted from 0)"
+    )]
+    IndexOutOfRange {
+        /// Index of the triangle.
+        triangle: usize,
+        /// The vertex index it holds.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A line of a text file does not say what it should.
+    #[error("line {line}: expected {expected}, found `{found}`")]
+    Syntax {
+        /// The line.
+        line: usize,
+        /// What should be there.
+        expected: &'static str,
+        /// What is there, shortened.
+        found: String,
+    },
+    /// A coordinate in a text file is NaN, infinite, or beyond the range of `f32`.
+    #[error(
+        "line {line}: `{found}` is not a finite coordinate (at most 3.4e38): use a larger unit of length or repair it"
+    )]
+    NonFiniteCoordinate {
+        /// The line.
+        line: usize,
+        /// The coordinate as written, shortened.
+        found: String,
+    },
+    /// A face of an OBJ file names a vertex that is not there.
+    #[error(
+        "line {line}: the face names vertex {index}, but there are {vertices} (counted from 1, negative from the end)"
+    )]
+    FaceIndex {
+        /// The line.
+        line: usize,
+        /// The index as written.
+        index: i64,
+        /// How many vertices it may refer to.
+        vertices: usize,
+    },
+    /// A polygon of an OBJ file cannot be divided into triangles without changing or guessing its shape.
+    #[error("line {line}: {problem}; triangulate the mesh when exporting it")]
+    Polygon {
+        /// The line.
+        line: usize,
+        /// What is wrong with it.
+        problem: PolygonProblem,
+    },
+    /// A binary STL file is not as long as its facet count says.
+    #[error(
+        "binary STL of {facets} facets must have {expected} bytes, found {found} \
+         (the facet count is at byte 80): the file is damaged or incomplete, export it again"
+    )]
+    StlLength {
+        /// Facets according to the header.
+        facets: u32,
+        /// The length that follows \[bytes].
+        expected: u64,
+        /// The length of the file \[bytes].
+        found: u64,
+    },
+    /// A file is too short to be STL.
+    #[error(
+        "an STL file has at least 84 bytes (binary) or starts with `solid` (text), found {found} bytes: \
+         the file is damaged or incomplete, export it again"
+    )]
+    StlHeader {
+        /// The length of the file \[bytes].
+        found: u64,
+    },
+    /// A vertex of a binary STL file is NaN or infinite.
+    #[error(
+        "facet {facet} (byte {offset}) has a coordinate that is not finite: repair or remove it"
+    )]
+    StlNonFinite {
+        /// Index of the facet.
+        facet: usize,
+        /// Byte where the facet starts.
+        offset: u64,
+    },
+}
+
+/// Why a polygon cannot be divided into triangles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PolygonProblem {
+    /// A face of one or two vertices.
+    #[error("a face needs at least 3 vertices")]
+    TooFewVertices,
+    /// The vertices do not lie in a plane.
+    #[error("the polygon is not planar")]
+    NotPlanar,
+    /// The polygon has a reflex corner or crosses itself.
+    #[error("the polygon is not convex")]
+    NotConvex,
+    /// The polygon has no area, hence no inside.
+    #[error("the polygon has zero area")]
+    ZeroArea,
+}
+
+/// Why a query was refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum QueryError {
+    /// A pose is unusable.
+    #[error("the pose of mesh {mesh} {problem}")]
+    InvalidPose {
+        /// Whose pose.
+        mesh: Side,
+        /// What is wrong with it.
+        problem: PoseProblem,
+    },
+    /// The tolerance of Möller's test is unusable.
+    #[error("the tolerance {epsilon} of Möller's test must be finite and not negative")]
+    InvalidEpsilon {
+        /// The tolerance given.
+        epsilon: f32,
+    },
+}
+
+/// One of the two meshes of a query.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The first mesh.
+    A,
+    /// The second mesh.
+    B,
+}
+
+impl std::fmt::Display for Side {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::A => "A",
+            Self::B => "B",
+        })
+    }
+}
+
+/// What is wrong with a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PoseProblem {
+    /// NaN or an infinity.
+    #[error("has a number that is not finite")]
+    NotFinite,
+    /// The quaternion's length differs from 1 by more than 1e-6.
+    #[error("has a rotation whose quaternion is not of unit length: normalise it")]
+    NotUnit,
+    /// A component of the translation is 2^127 or more.
+    #[error("has a translation of 1.7e38 or more, beyond what meshes in f32 reach")]
+    TooFar,
+}

@@ -1,0 +1,197 @@
+//! Triangle meshes: validated, in file order, never repaired behind the user's back.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use glam::Vec3;
+
+use crate::error::MeshError;
+use crate::format::{obj, stl};
+use crate::predicates::Axis;
+
+/// A triangle mesh: finite `f32` vertices and triangles that index them, both in the order given.
+///
+/// There is at least one triangle. Vertices are never merged, split or reordered, and triangles of zero area are kept
+/// ([`zero_area`](Self::zero_area) lists them), so that indices mean what they mean in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TriangleMesh {
+    vertices: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl TriangleMesh {
+    /// A mesh from its vertices \[m] and its triangles, three vertex indices each.
+    ///
+    /// # Errors
+    ///
+    /// No triangle, an index out of range, a coordinate that is not finite, or more elements than `u32` can count.
+    pub fn new(vertices: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
+        check_count("vertices", vertices.len())?;
+        check_count("triangles", triangles.len())?;
+        if triangles.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        if let Some(vertex) = vertices.iter().position(|v| !v.is_finite()) {
+            return Err(MeshError::NonFiniteVertex { vertex });
+        }
+        for (triangle, corners) in triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices.len()) {
+                return Err(MeshError::IndexOutOfRange {
+                    triangle,
+                    index,
+                    vertices: vertices.len(),
+                });
+            }
+        }
+        Ok(Self {
+            vertices,
+            triangles,
+        })
+    }
+
+    /// Reads a mesh file; the extension (.obj or .stl, in any case) says in which format.
+    ///
+    /// # Errors
+    ///
+    /// Always a [`MeshError::InFile`], with what [`from_obj`](Self::from_obj) or [`from_stl`](Self::from_stl) says, or
+    /// with why the file cannot be read.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
+        let path = path.as_ref();
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+        let parse = if extension.eq_ignore_ascii_case("obj") {
+            Ok(Self::from_obj as fn(&[u8]) -> Result<Self, MeshError>)
+        } else if extension.eq_ignore_ascii_case("stl") {
+            Ok(Self::from_stl as _)
+        } else {
+            Err(MeshError::UnknownExtension)
+        };
+        parse
+            .and_then(|parse| {
+                let bytes = std::fs::read(path).map_err(|e| MeshError::Read { kind: e.kind() })?;
+                parse(&bytes)
+            })
+            .map_err(|error| MeshError::InFile {
+                path: path.to_owned(),
+                error: Box::new(error),
+            })
+    }
+
+    /// Reads a Wavefront OBJ file.
+    ///
+    /// Coordinates are rounded to the nearest `f32`; triangles are numbered in the order of the file, whatever groups,
+    /// objects and materials it has. Polygons of more than three vertices are divided into a fan from their first
+    /// vertex if they are planar and convex, and refused otherwise.
+    ///
+    /// # Errors
+    ///
+    /// Malformed statements, coordinates that are no finite `f32`, indices out of range and polygons that cannot be
+    /// divided, each with its line; and what [`new`](Self::new) says.
+    pub fn from_obj(bytes: &[u8]) -> Result<Self, MeshError> {
+        obj::read(bytes)
+    }
+
+    /// Reads an STL file, binary or text. Every facet gets three vertices of its own.
+    ///
+    /// # Errors
+    ///
+    /// A length that does not fit the facet count, coordinates that are not finite, malformed lines; and what
+    /// [`new`](Self::new) says.
+    pub fn from_stl(bytes: &[u8]) -> Result<Self, MeshError> {
+        stl::read(bytes)
+    }
+
+    /// Writes the mesh as Wavefront OBJ; reading it back gives the same mesh.
+    ///
+    /// # Errors
+    ///
+    /// What the writer says.
+    pub fn write_obj(&self, writer: impl Write) -> io::Result<()> {
+        obj::write(self, writer)
+    }
+
+    /// The vertices \[m].
+    #[must_use]
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.vertices
+    }
+
+    /// The triangles, three vertex indices each.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The number of triangles, at least one.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "a mesh is never empty")]
+    pub fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// The corners of a triangle \[m].
+    ///
+    /// # Panics
+    ///
+    /// If there is no triangle of this index, as slices do.
+    #[must_use]
+    pub fn triangle(&self, index: usize) -> [Vec3; 3] {
+        self.triangles[index].map(|i| self.vertices[i as usize])
+    }
+
+    /// The triangles whose corners lie on one line or in one point, exactly.
+    #[must_use]
+    pub fn zero_area(&self) -> Vec<u32> {
+        (0..)
+            .zip(&self.triangles)
+            .filter(|(_, corners)| {
+                let corners = corners.map(|i| self.vertices[i as usize].as_dvec3());
+                Axis::of_plane(&corners).is_none()
+            })
+            .map(|(index, _)| index)
+            .collect()
+    }
+}
+
+/// Refuses counts that 32-bit indices cannot name.
+pub(crate) fn check_count(element: &'static str, count: usize) -> Result<(), MeshError> {
+    match u32::try_from(count) {
+        Ok(_) => Ok(()),
+        Err(_) => Err(MeshError::TooMany { element, count }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(target_pointer_width = "64")]
+    fn counts_beyond_u32_are_refused() {
+        let most = u32::MAX as usize;
+        assert_eq!(check_count("vertices", most), Ok(()));
+        let count = most + 1;
+        assert_eq!(
+            check_count("triangles", count),
+            Err(MeshError::TooMany {
+                element: "triangles",
+                count
+            })
+        );
+    }
+
+    #[test]
+    fn zero_area_is_exact() {
+        let step = f32::EPSILON;
+        let mesh = TriangleMesh::new(
+            vec![
+                Vec3::ZERO,
+                Vec3::ONE,
+                Vec3::splat(3.0),
+                Vec3::new(3.0, 3.0, 3.0 + 2.0 * step),
+            ],
+            vec![[0, 1, 2], [0, 1, 3], [0, 0, 1], [2, 2, 2]],
+        )
+        .unwrap();
+        assert_eq!(mesh.zero_area(), [0, 2, 3]);
+    }
+}

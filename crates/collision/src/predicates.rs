@@ -1,0 +1,138 @@
+//! Exact orientation signs of `f64` points.
+//!
+//! The expansions of Shewchuk (Adaptive precision floating-point arithmetic and fast robust geometric predicates,
+//! Discrete & Computational Geometry 18, 1997), as the `robust` crate has them, are exact as long as no intermediate
+//! result under- or overflows. Every intermediate of `orient3d` is a sum of products of three coordinate differences,
+//! so it suffices that
+//!
+//! * every coordinate is zero or at least 2^-250: then each is a multiple of 2^-302, every product of three
+//!   differences a multiple of 2^-906, and the error bound of the floating-point filter (2^-51 times their sum) stays
+//!   a normal number;
+//! * every coordinate is below 2^331: differences are below 2^332, the determinant below 6 · 2^996, and the splitting
+//!   of a product of two (times 2^27 + 1) below 2^693, all within range.
+//!
+//! `f32` coordinates, multiples of 2^-149 below 2^128, always qualify; [`crate::transform`] sees to posed ones.
+
+use glam::{DVec2, DVec3};
+use robust::{Coord, Coord3D};
+
+/// The sign of a determinant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sign {
+    Negative,
+    Zero,
+    Positive,
+}
+
+impl Sign {
+    fn of(value: f64) -> Self {
+        if value > 0.0 {
+            Self::Positive
+        } else if value < 0.0 {
+            Self::Negative
+        } else {
+            Self::Zero
+        }
+    }
+
+    pub(crate) fn opposite(self) -> Self {
+        match self {
+            Self::Negative => Self::Positive,
+            Self::Zero => Self::Zero,
+            Self::Positive => Self::Negative,
+        }
+    }
+}
+
+/// Whether all signs are one and the same strict sign.
+pub(crate) fn strictly_one_side<const N: usize>(signs: [Sign; N]) -> bool {
+    signs == [Sign::Positive; N] || signs == [Sign::Negative; N]
+}
+
+/// On which side of the plane through `a`, `b`, `c` the point `d` lies.
+pub(crate) fn orient3d(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
+    let coord = |p: DVec3| Coord3D {
+        x: p.x,
+        y: p.y,
+        z: p.z,
+    };
+    Sign::of(robust::orient3d(coord(a), coord(b), coord(c), coord(d)))
+}
+
+/// On which side of the line from `a` to `b` the point `c` lies; positive is to the left.
+pub(crate) fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> Sign {
+    let coord = |p: DVec2| Coord { x: p.x, y: p.y };
+    Sign::of(robust::orient2d(coord(a), coord(b), coord(c)))
+}
+
+/// A coordinate axis to project along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl Axis {
+    /// An axis along which the triangle's projection has an area, hence along which its plane projects one to one;
+    /// none if the triangle has zero area.
+    ///
+    /// The choice is exact. A choice by the largest component of a rounded normal may take an axis along which a
+    /// sliver vanishes.
+    pub(crate) fn of_plane(triangle: &[DVec3; 3]) -> Option<Self> {
+        [Self::Z, Self::X, Self::Y].into_iter().find(|axis| {
+            let [a, b, c] = triangle.map(|p| axis.project(p));
+            orient2d(a, b, c) != Sign::Zero
+        })
+    }
+
+    pub(crate) fn project(self, p: DVec3) -> DVec2 {
+        match self {
+            Self::X => DVec2::new(p.y, p.z),
+            Self::Y => DVec2::new(p.z, p.x),
+            Self::Z => DVec2::new(p.x, p.y),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signs_resolve_one_ulp() {
+        let [a, b, c] = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        let far = DVec3::new(1e6, -1e6, 0.0);
+        assert_eq!(orient3d(a, b, c, far), Sign::Zero);
+        let above = orient3d(a, b, c, far + DVec3::Z * f64::EPSILON);
+        let below = orient3d(a, b, c, far - DVec3::Z * f64::EPSILON);
+        assert_eq!(above, below.opposite());
+        assert_ne!(above, Sign::Zero);
+    }
+
+    #[test]
+    fn plane_axis_of_a_sliver_and_of_zero_area() {
+        let sliver = [
+            DVec3::ZERO,
+            DVec3::new(1.0, 1.0, 1.0),
+            DVec3::new(2.0, 2.0, 2.0 + 4.0 * f64::EPSILON),
+        ];
+        assert_eq!(Axis::of_plane(&sliver), Some(Axis::X));
+        let line = [DVec3::ZERO, DVec3::ONE, DVec3::ONE * 3.0];
+        assert_eq!(Axis::of_plane(&line), None);
+        assert_eq!(Axis::of_plane(&[DVec3::ONE; 3]), None);
+    }
+
+    #[test]
+    fn products_at_the_ends_of_the_documented_range() {
+        for exponent in [-250, 330] {
+            let size = 2.0_f64.powi(exponent);
+            let [a, b, c] = [DVec3::ZERO, DVec3::X * size, DVec3::Y * size];
+            let d = DVec3::new(0.25, 0.25, 0.0) * size;
+            assert_eq!(orient3d(a, b, c, d), Sign::Zero);
+            let above = orient3d(a, b, c, d + DVec3::Z * size);
+            assert_ne!(above, Sign::Zero, "2^{exponent}");
+            assert_eq!(orient3d(a, b, c, d - DVec3::Z * size), above.opposite());
+        }
+    }
+}

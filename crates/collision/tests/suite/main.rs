@@ -1,0 +1,17 @@
+//! Everything that needs no access to the crate's inside, as one program.
+#![expect(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    reason = "a test that cannot go on has failed"
+)]
+#![expect(
+    clippy::cast_possible_truncation,
+    reason = "coordinates are rounded to f32 on purpose, and counts are small"
+)]
+
+mod exact;
+mod files;
+mod gold;
+mod published;
+mod readers;
+mod support;

@@ -1,0 +1,173 @@
+//! Pairs on which published triangle tests have erred.
+
+use crate::support::{ORDERS, Random, Triangle, oracle};
+use glam::{DVec3, Vec3};
+use vertebra_collision::exact::triangles_intersect;
+use vertebra_collision::moller::{DEFAULT_EPSILON, PlanedTriangle};
+
+/// Checks the answer, and that rational arithmetic gives it, in all 72 relabellings.
+fn check(what: &str, a: [[f64; 3]; 3], b: [[f64; 3]; 3], expected: bool) {
+    let (a, b): (Triangle, Triangle) = (a.map(DVec3::from), b.map(DVec3::from));
+    assert_eq!(oracle(&a, &b), expected, "{what}: the expectation is wrong");
+    for order in ORDERS {
+        for other in ORDERS {
+            let (a, b) = (order.map(|i| a[i]), other.map(|i| b[i]));
+            assert_eq!(
+                triangles_intersect(&a, &b),
+                expected,
+                "{what}: {order:?} {other:?}"
+            );
+            assert_eq!(
+                triangles_intersect(&b, &a),
+                expected,
+                "{what}: {other:?} {order:?}"
+            );
+        }
+    }
+}
+
+/// The two-dimensional decision tree of Guigue & Devillers 2003, region IV.b, as printed: two missed hits.
+#[test]
+fn coplanar_missed_by_the_printed_decision_tree() {
+    check(
+        "region IV.b",
+        [[-1.0, 0.0, 0.0], [2.0, 0.0, -2.0], [2.0, 0.0, 2.0]],
+        [[0.551, 0.0, -0.796], [1.224, 0.0, 0.326], [3.469, 0.0, 1.0]],
+        true,
+    );
+    check(
+        "corner cut",
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 8.0], [8.0, 0.0, 0.0]],
+        [[2.0, 0.0, 2.0], [1.0, 0.0, 4.0], [9.0, 0.0, 0.0]],
+        true,
+    );
+}
+
+/// False hits of the same authors' code in double precision on disjoint triangles.
+#[test]
+fn disjoint_but_hit_in_double_precision() {
+    check(
+        "a step apart",
+        [
+            [12.3015, -0.253368, 5.49101],
+            [18.6765, -2.55337, 4.91756],
+            [12.3015, -2.55337, 4.91756],
+        ],
+        [
+            [-11.9885, -0.253368, 5.49101],
+            [1.61448, -0.253368, 5.49101],
+            [1.61448, -2.55337, 4.91756],
+        ],
+        false,
+    );
+    check(
+        "strip of a subdivided patch",
+        [
+            [0.392347991466522, 0.384436011314392, 0.447445005178452],
+            [0.39079749584197976, 0.3850367590785025, 0.45253425091505073],
+            [0.387003496289253, 0.38789276033639897, 0.45634675025939975],
+        ],
+        [
+            [0.3892470002174375, 0.385637506842613, 0.4576234966516495],
+            [0.39279749989509577, 0.37299175560474374, 0.455539248883724],
+            [0.3876965045928953, 0.3862382546067235, 0.4627127423882482],
+        ],
+        false,
+    );
+}
+
+/// A corner that both triangles share, in a common plane: six of the 36 corner orders once disagreed.
+#[test]
+fn answer_once_depended_on_the_order_of_corners() {
+    check(
+        "shared corner in a plane y = constant",
+        [
+            [76.648, 54.6752, 15.0012],
+            [76.648, 54.6752, 14.5542],
+            [76.582, 54.6752, 14.7879],
+        ],
+        [
+            [76.6252, 54.6752, 14.892],
+            [76.582, 54.6752, 14.7879],
+            [76.5617, 54.6752, 14.7929],
+        ],
+        true,
+    );
+}
+
+/// Near-coplanar pairs whose intersection segments, or even answers by order, were wrong.
+#[test]
+fn perpendicular_and_near_coplanar() {
+    check(
+        "answers differed by the order of the triangles",
+        [
+            [32.22699737548828, 1.2630000114440918, -11.8149995803833],
+            [31.316997528076172, 1.2630000114440918, -11.739999771118164],
+            [32.22699737548828, 1.2630000114440918, -11.739999771118164],
+        ],
+        [
+            [31.316997528076172, 1.933000087738037, -7.585000038146973],
+            [31.316997528076172, -0.8669999837875366, -7.295000076293945],
+            [31.316997528076172, -0.8669999837875366, -7.585000038146973],
+        ],
+        false,
+    );
+    check(
+        "edge through a nearly parallel triangle",
+        [
+            [-15.430519104003906, 29.432968139648445, -25.0],
+            [-15.430519104003906, 29.43296813964843, 25.0],
+            [0.0, 29.432968139648445, -25.0],
+        ],
+        [
+            [-4.854911804199219, 36.03794860839844, 0.0777292251586914],
+            [-15.430519104003906, 29.432968139648438, -1.905876636505127],
+            [-16.118995666503906, 26.962722778320312, -2.8487582206726074],
+        ],
+        true,
+    );
+    check(
+        "a point of zero area away from a box side",
+        [[0.5, 0.5, 0.5], [0.5, -0.5, 0.5], [0.5, 0.5, -0.5]],
+        [[0.0; 3]; 3],
+        false,
+    );
+}
+
+/// A coplanarity test without an absolute value takes any parallel triangle on one side for coplanar.
+#[test]
+fn parallel_at_any_distance() {
+    let a = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    for z in [-1e6, -1.0, -1e-12, 1e-12, 1e6] {
+        check("parallel", a, a.map(|[x, y, _]| [x, y, z]), false);
+    }
+}
+
+/// What the baseline's documentation says of it: errors by unit of length, by size, and far from the origin.
+#[test]
+fn where_the_interval_test_errs() {
+    let base = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let above = base.map(|p| p + Vec3::Z * 0.5);
+    let answers = |a: [Vec3; 3], b: [Vec3; 3]| {
+        let exact = triangles_intersect(&a.map(|p| p.as_dvec3()), &b.map(|p| p.as_dvec3()));
+        let moller = PlanedTriangle::new(a).intersects(&PlanedTriangle::new(b), DEFAULT_EPSILON);
+        (exact, moller)
+    };
+    assert_eq!(answers(base, above), (false, false));
+    // Millimetre triangles in metres, up to a metre apart, are taken for coplanar.
+    let small = |t: [Vec3; 3]| t.map(|p| p * 1e-3);
+    assert_eq!(answers(small(base), small(above)), (false, true));
+    let apart = base.map(|p| p * 0.7e-3 + Vec3::Z * 0.9);
+    assert_eq!(answers(small(base), apart), (false, true));
+    // Far from the origin N·x and d cancel: parallel triangles two steps of f32 apart seem to meet.
+    let mut random = Random::new(2);
+    let mut wrong = 0;
+    for _ in 0..200 {
+        let a = [(); 3].map(|()| random.point() + Vec3::splat(10_000.0));
+        let b = a.map(|p| p + Vec3::Z * (2.0 * 16_384.0 * f32::EPSILON / 2.0));
+        let (exact, moller) = answers(a, b);
+        assert!(!exact);
+        wrong += usize::from(moller);
+    }
+    assert!(wrong > 20, "{wrong}");
+}

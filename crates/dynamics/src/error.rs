@@ -1,0 +1,85 @@
+//! What can go wrong in a computation.
+
+use thiserror::Error;
+use vertebra_assembly::ModelError;
+
+/// Why a computation was refused or given up. State and results are as they were before the call.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A state that does not fit the model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A workspace made for another model.
+    #[error(
+        "the workspace was made for the model `{workspace}`, not for `{model}`; make one for it"
+    )]
+    WrongWorkspace {
+        /// Model the workspace was made for.
+        workspace: String,
+        /// Model of the call.
+        model: String,
+    },
+    /// A result that was not computed since the state was last changed.
+    #[error("{what} have not been computed; call `{remedy}` first")]
+    NotComputed {
+        /// Which result.
+        what: &'static str,
+        /// The function that computes it.
+        remedy: &'static str,
+    },
+    /// A body that is not in the model.
+    #[error("the model `{model}` has no body number {body}")]
+    UnknownBody {
+        /// Name of the model.
+        model: String,
+        /// Index of the body.
+        body: usize,
+    },
+    /// A force, acceleration or step size that is not a finite number.
+    #[error("{quantity} of `{element}` is not finite ({value})")]
+    NonFiniteInput {
+        /// Which number.
+        quantity: &'static str,
+        /// Body or object it belongs to.
+        element: String,
+        /// The number.
+        value: f64,
+    },
+    /// The inertia that a joint moves vanishes in this position and precision.
+    #[error(
+        "the joint of body `{body}` moves no inertia in this position, to working precision: give the body more inertia, avoid aligned joint axes, or compute in f64"
+    )]
+    SingularJoint {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// The result left the range of numbers.
+    #[error(
+        "{quantity} of body `{body}` overflowed at t = {time} s; the state before is kept: take smaller steps, or compute in f64"
+    )]
+    Overflow {
+        /// Which result.
+        quantity: &'static str,
+        /// The first body concerned.
+        body: String,
+        /// Time of the state \[s\].
+        time: f64,
+    },
+    /// The joint-space inertia is not positive definite to working precision.
+    #[error(
+        "the {dofs} x {dofs} mass matrix is not positive definite in working precision (pivot {pivot}); use ABA"
+    )]
+    SingularMassMatrix {
+        /// Its order.
+        dofs: usize,
+        /// The pivot that is not positive.
+        pivot: usize,
+    },
+    /// No memory for a dense matrix.
+    #[error("no memory for a dense {dofs} x {dofs} matrix; use ABA, which needs none")]
+    OutOfMemory {
+        /// Its order.
+        dofs: usize,
+    },
+}

@@ -1,0 +1,151 @@
+//! Forces acting on a model: in its joints and on its bodies.
+
+use crate::Error;
+use glam::DVec3;
+use vertebra_assembly::{BodyId, Model, ModelError};
+
+/// Joint forces and external forces. Gravity belongs to the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forces {
+    /// Joint forces [N m or N], shape [`Model::dof_count`]; free and spherical joints in the axes of
+    /// their rates.
+    pub joint: Vec<f64>,
+    external: Vec<(BodyId, Wrench)>,
+}
+
+impl Forces {
+    /// No forces.
+    #[must_use]
+    pub fn none(model: &Model) -> Self {
+        Self {
+            joint: vec![0.0; model.dof_count()],
+            external: Vec::new(),
+        }
+    }
+
+    /// Lets a force act on a body, beside those that act already.
+    pub fn push(&mut self, body: BodyId, wrench: Wrench) {
+        self.external.push((body, wrench));
+    }
+
+    /// Takes all external forces away.
+    pub fn clear_external(&mut self) {
+        self.external.clear();
+    }
+
+    /// The external forces in the order they were added.
+    #[must_use]
+    pub fn external(&self) -> &[(BodyId, Wrench)] {
+        &self.external
+    }
+
+    /// Checks lengths, bodies and finiteness.
+    ///
+    /// # Errors
+    /// [`Error`], naming the first number that is wrong.
+    pub fn check(&self, model: &Model) -> Result<(), Error> {
+        check_dofs(model, "joint forces", "joint force", &self.joint)?;
+        for (id, wrench) in &self.external {
+            let body = model.body(*id).ok_or_else(|| Error::UnknownBody {
+                model: model.name().to_owned(),
+                body: id.index(),
+            })?;
+            for (quantity, v) in [
+                ("external force", wrench.force),
+                ("external torque", wrench.torque),
+                (
+                    "point of an external force",
+                    wrench.point.unwrap_or(DVec3::ZERO),
+                ),
+            ] {
+                if let Some(value) = v.to_array().into_iter().find(|value| !value.is_finite()) {
+                    return Err(Error::NonFiniteInput {
+                        quantity,
+                        element: body.name.clone(),
+                        value,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks an array with one number a degree of freedom.
+pub(crate) fn check_dofs(
+    model: &Model,
+    array: &'static str,
+    quantity: &'static str,
+    values: &[f64],
+) -> Result<(), Error> {
+    if values.len() != model.dof_count() {
+        return Err(Error::Model(ModelError::WrongLength {
+            quantity: array,
+            expected: model.dof_count(),
+            found: values.len(),
+        }));
+    }
+    match values.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(dof) => Err(Error::NonFiniteInput {
+            quantity,
+            element: body_of_dof(model, dof),
+            value: values[dof],
+        }),
+    }
+}
+
+/// Name of the body whose joint has that degree of freedom.
+pub(crate) fn body_of_dof(model: &Model, dof: usize) -> String {
+    let after = model.bodies().partition_point(|body| body.dof_start <= dof);
+    model.bodies()[after.saturating_sub(1)].name.clone()
+}
+
+/// A force and a torque acting on a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrench {
+    /// Force \[N\].
+    pub force: DVec3,
+    /// Torque [N m].
+    pub torque: DVec3,
+    /// Point where the force acts, in the body's frame \[m\]; none for the centre of mass.
+    pub point: Option<DVec3>,
+    /// Whether force and torque are given in the body's axes; else in the world's.
+    pub body_axes: bool,
+}
+
+impl Wrench {
+    /// A force \[N\] in world axes at the centre of mass.
+    #[must_use]
+    pub fn at_center(force: impl Into<DVec3>) -> Self {
+        Self {
+            force: force.into(),
+            torque: DVec3::ZERO,
+            point: None,
+            body_axes: false,
+        }
+    }
+
+    /// A force \[N\] in world axes at a point of the body, given in the body's frame \[m\].
+    #[must_use]
+    pub fn at_point(force: impl Into<DVec3>, point: impl Into<DVec3>) -> Self {
+        Self {
+            point: Some(point.into()),
+            ..Self::at_center(force)
+        }
+    }
+
+    /// Adds a torque [N m].
+    #[must_use]
+    pub fn with_torque(mut self, torque: impl Into<DVec3>) -> Self {
+        self.torque += torque.into();
+        self
+    }
+
+    /// The same numbers, understood in the body's axes.
+    #[must_use]
+    pub const fn in_body_axes(mut self) -> Self {
+        self.body_axes = true;
+        self
+    }
+}

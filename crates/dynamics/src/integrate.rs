@@ -1,0 +1,206 @@
+//! Integrators. Quaternions move along the rotation group, never off it.
+
+use crate::{Error, Forces, Workspace, aba};
+use vertebra_assembly::{JointKind, Model, State};
+use vertebra_spatial::{Quat, Vec3, rotation_vector_rate, vec3};
+
+/// How a step in time is taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Integrator {
+    /// qd += h qdd(q, qd), then q += h qd with the new rates: order 1, one evaluation a step.
+    #[default]
+    SemiImplicitEuler,
+    /// The classical Runge-Kutta method, on the rotation group by Munthe-Kaas (BIT 38, 1998): order
+    /// 4, four evaluations a step.
+    RungeKutta4,
+}
+
+/// Memory of the integrators for one model.
+#[derive(Clone, Debug)]
+pub(crate) struct Stages {
+    /// State of a stage.
+    stage: State,
+    /// Displacements from the start of the step, in the coordinates of [`displace`].
+    displacement: Vec<f64>,
+    /// Sums of the stages' rates and accelerations.
+    rate_sum: Vec<f64>,
+    acceleration_sum: Vec<f64>,
+    rate: Vec<f64>,
+}
+
+impl Stages {
+    pub(crate) fn new(model: &Model) -> Self {
+        let zeros = vec![0.0; model.dof_count()];
+        Self {
+            stage: State::neutral(model),
+            displacement: zeros.clone(),
+            rate_sum: zeros.clone(),
+            acceleration_sum: zeros.clone(),
+            rate: zeros,
+        }
+    }
+}
+
+/// A step to be taken.
+pub(crate) struct Step<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) start: &'a State,
+    /// Length in time \[s\].
+    pub(crate) h: f64,
+    pub(crate) forces: &'a Forces,
+}
+
+impl Step<'_> {
+    /// Takes the step to `next`, of which all entries are written.
+    pub(crate) fn take(
+        &self,
+        integrator: Integrator,
+        workspace: &mut Workspace,
+        stages: &mut Stages,
+        next: &mut State,
+    ) -> Result<(), Error> {
+        match integrator {
+            Integrator::SemiImplicitEuler => self.euler(workspace, stages, next),
+            Integrator::RungeKutta4 => self.runge_kutta(workspace, stages, next),
+        }?;
+        next.time = self.start.time + self.h;
+        Ok(())
+    }
+
+    fn euler(
+        &self,
+        workspace: &mut Workspace,
+        stages: &mut Stages,
+        next: &mut State,
+    ) -> Result<(), Error> {
+        let Self {
+            model,
+            start,
+            h,
+            forces,
+        } = *self;
+        let qdd = aba(model, start, forces, workspace)?;
+        let displacement = &mut stages.displacement;
+        for dof in 0..qdd.len() {
+            next.qd[dof] = start.qd[dof] + h * qdd[dof];
+            displacement[dof] = h * next.qd[dof];
+        }
+        to_displacement_axes(model, start, displacement);
+        displace(model, start, displacement, next);
+        Ok(())
+    }
+
+    /// u' = dexp^-1(u) w, qd' = qdd, from u = 0: the classical method, since u lives in a vector
+    /// space.
+    fn runge_kutta(
+        &self,
+        workspace: &mut Workspace,
+        stages: &mut Stages,
+        next: &mut State,
+    ) -> Result<(), Error> {
+        let Self {
+            model,
+            start,
+            h,
+            forces,
+        } = *self;
+        let Stages {
+            stage,
+            displacement,
+            rate_sum,
+            acceleration_sum,
+            rate,
+        } = stages;
+        stage.clone_from(start);
+        displacement.fill(0.0);
+        rate_sum.fill(0.0);
+        acceleration_sum.fill(0.0);
+        // Weight of each stage, and how far ahead the next one looks.
+        for (weight, ahead) in [
+            (1.0, Some(0.5 * h)),
+            (2.0, Some(0.5 * h)),
+            (2.0, Some(h)),
+            (1.0, None),
+        ] {
+            rate.copy_from_slice(&stage.qd);
+            displacement_rate(model, stage, displacement, rate);
+            let qdd = aba(model, stage, forces, workspace)?;
+            for dof in 0..rate.len() {
+                rate_sum[dof] += weight * rate[dof];
+                acceleration_sum[dof] += weight * qdd[dof];
+            }
+            let Some(ahead) = ahead else { break };
+            for dof in 0..rate.len() {
+                displacement[dof] = ahead * rate[dof];
+                stage.qd[dof] = start.qd[dof] + ahead * qdd[dof];
+            }
+            displace(model, start, displacement, stage);
+            stage.time = start.time + ahead;
+        }
+        for dof in 0..rate.len() {
+            displacement[dof] = h / 6.0 * rate_sum[dof];
+            next.qd[dof] = start.qd[dof] + h / 6.0 * acceleration_sum[dof];
+        }
+        displace(model, start, displacement, next);
+        Ok(())
+    }
+}
+
+/// next.q = start.q moved by a displacement: added for positions and angles; for orientations the
+/// rotation vector u of q exp(u).
+fn displace(model: &Model, start: &State, displacement: &[f64], next: &mut State) {
+    for body in model.bodies() {
+        let (from, to) = (&start.q[body.position_range()], body.position_range());
+        let (to, d) = (&mut next.q[to], &displacement[body.dof_range()]);
+        match body.joint.kind {
+            JointKind::Fixed => {}
+            JointKind::Revolute { .. } | JointKind::Prismatic { .. } => to[0] = from[0] + d[0],
+            JointKind::Spherical => turn(from, d, to),
+            JointKind::Free => {
+                for k in 0..3 {
+                    to[k] = from[k] + d[3 + k];
+                }
+                turn(&from[3..], d, &mut to[3..]);
+            }
+        }
+    }
+}
+
+fn turn(from: &[f64], u: &[f64], to: &mut [f64]) {
+    let turned = quaternion(from).integrate(vec3(u[0], u[1], u[2]));
+    to.copy_from_slice(&turned.to_glam().to_array());
+}
+
+/// Turns rates (or their multiples) into rates of the displacement at zero displacement: only the
+/// linear part of free joints changes, from the child's axes to the parent's.
+fn to_displacement_axes(model: &Model, state: &State, rates: &mut [f64]) {
+    for body in model.bodies() {
+        if body.joint.kind == JointKind::Free {
+            let q = &state.q[body.position_range()];
+            let linear = &mut rates[body.dof_start + 3..body.dof_start + 6];
+            let rotation = quaternion(&q[3..]).normalized().to_matrix();
+            let turned = rotation * vec3(linear[0], linear[1], linear[2]);
+            linear.copy_from_slice(&turned.to_array());
+        }
+    }
+}
+
+/// Turns the rates of a stage into the rate of its displacement `u` from the start of the step.
+fn displacement_rate(model: &Model, stage: &State, u: &[f64], rates: &mut [f64]) {
+    to_displacement_axes(model, stage, rates);
+    for body in model.bodies() {
+        if matches!(body.joint.kind, JointKind::Spherical | JointKind::Free) {
+            let dofs = body.dof_start..body.dof_start + 3;
+            let (u, w) = (vector(&u[dofs.clone()]), vector(&rates[dofs.clone()]));
+            rates[dofs].copy_from_slice(&rotation_vector_rate(u, w).to_array());
+        }
+    }
+}
+
+fn vector(v: &[f64]) -> Vec3<f64> {
+    vec3(v[0], v[1], v[2])
+}
+
+fn quaternion(q: &[f64]) -> Quat<f64> {
+    Quat::from_xyzw(q[0], q[1], q[2], q[3])
+}

@@ -1,0 +1,313 @@
+//! Scratch and results of the algorithms.
+
+use crate::link::{Link, Scales};
+use crate::{Error, Precision};
+use vertebra_assembly::{BodyId, Model};
+use vertebra_spatial::{
+    ArticulatedInertia, Force, Mat3, Motion, Pose, Real, RigidInertia, SmallCholesky, Vec3,
+};
+
+/// Memory in which the algorithms work and leave their results, made for one model and precision.
+///
+/// All memory is taken when it is made (the mass matrix apart, which CRBA takes when first asked).
+#[derive(Clone, Debug)]
+pub struct Workspace {
+    pub(crate) model: Model,
+    pub(crate) scales: Scales,
+    pub(crate) arrays: Arrays,
+    pub(crate) computed: Computed,
+    /// Joint accelerations [rad/s^2 or m/s^2].
+    pub(crate) qdd: Vec<f64>,
+    /// Joint forces [N m or N].
+    pub(crate) tau: Vec<f64>,
+    /// Mass matrix by columns, once it has been asked for.
+    pub(crate) mass_matrix: Vec<f64>,
+}
+
+/// Which results are those of the last state given.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Computed {
+    pub(crate) poses: bool,
+    pub(crate) accelerations: bool,
+    pub(crate) joint_wrenches: bool,
+}
+
+/// The arrays of the sweeps, in the precision chosen.
+#[derive(Clone, Debug)]
+pub(crate) enum Arrays {
+    F32(Sweeps<f32>),
+    F64(Sweeps<f64>),
+}
+
+/// Runs a generic expression on the arrays of whichever precision a workspace has.
+macro_rules! in_precision {
+    ($arrays:expr, $sweeps:ident => $body:expr) => {
+        match $arrays {
+            $crate::workspace::Arrays::F32($sweeps) => $body,
+            $crate::workspace::Arrays::F64($sweeps) => $body,
+        }
+    };
+}
+pub(crate) use in_precision;
+
+/// What the sweeps read and write, one entry a body unless it says otherwise. All vectors are in
+/// world axes about the body's joint origin, in the model's units.
+#[derive(Clone, Debug)]
+pub(crate) struct Sweeps<T> {
+    pub(crate) links: Vec<Link<T>>,
+    /// -g, the acceleration of a world that replaces gravity.
+    pub(crate) base: Motion<T>,
+    /// Joint axes to world axes.
+    pub(crate) rotation: Vec<Mat3<T>>,
+    /// From the parent's origin to this one.
+    pub(crate) offset: Vec<Vec3<T>>,
+    /// Angular velocity.
+    pub(crate) spin: Vec<Vec3<T>>,
+    /// Relative velocity across the joint, S qd.
+    pub(crate) joint_velocity: Vec<Motion<T>>,
+    /// Velocity-product terms c of the acceleration.
+    pub(crate) bias_acceleration: Vec<Motion<T>>,
+    /// Motion subspaces S, one column a degree of freedom.
+    pub(crate) subspace: Vec<Motion<T>>,
+    /// Rigid inertia.
+    pub(crate) inertia: Vec<RigidInertia<T>>,
+    /// External force minus velocity-product force.
+    pub(crate) external: Vec<Force<T>>,
+    /// Origin in the world.
+    pub(crate) position: Vec<Vec3<T>>,
+    /// Velocity.
+    pub(crate) velocity: Vec<Motion<T>>,
+    /// Acceleration, gravity taken off.
+    pub(crate) acceleration: Vec<Motion<T>>,
+    /// Force that the joint transmits to the body.
+    pub(crate) joint_wrench: Vec<Force<T>>,
+    /// Articulated inertia IA; the composite inertia of CRBA.
+    pub(crate) articulated: Vec<ArticulatedInertia<T>>,
+    /// Bias force pA.
+    pub(crate) bias: Vec<Force<T>>,
+    /// Inertia [rotation, translation] that the children's joints have not let go yet: a pivot
+    /// below rounding of it says nothing.
+    pub(crate) carried: Vec<[T; 2]>,
+    /// U = IA S, one column a degree of freedom.
+    pub(crate) u_columns: Vec<Force<T>>,
+    /// Joint forces given to ABA, one entry a degree of freedom.
+    pub(crate) tau: Vec<T>,
+    /// u = tau - S' pA, then qdd; one entry a degree of freedom.
+    pub(crate) u: Vec<T>,
+    /// 1/D of one-dof joints.
+    pub(crate) d_inverse: Vec<T>,
+    /// Factors of D of joints with several freedoms; [`Sweeps::factor_of`] says which.
+    pub(crate) factors: Vec<Option<SmallCholesky<T>>>,
+    /// Index into `factors`.
+    pub(crate) factor_of: Vec<u32>,
+    /// Joint rates, one entry a degree of freedom.
+    pub(crate) rates: Vec<T>,
+}
+
+impl<T: Real> Sweeps<T> {
+    pub(crate) fn new(model: &Model) -> Self {
+        let (n, dofs) = (model.bodies().len(), model.dof_count());
+        let links = Link::<T>::of_model(model);
+        let mut factor_of = Vec::with_capacity(n);
+        let mut factors = 0;
+        for link in &links {
+            factor_of.push(factors);
+            factors += u32::from(link.kind.dof_count() > 1);
+        }
+        let gravity = model.gravity() / model.units().acceleration();
+        Self {
+            links,
+            base: Motion::new(Vec3::ZERO, -Vec3::from_glam(gravity)),
+            rotation: vec![Mat3::IDENTITY; n],
+            offset: vec![Vec3::ZERO; n],
+            spin: vec![Vec3::ZERO; n],
+            joint_velocity: vec![Motion::ZERO; n],
+            bias_acceleration: vec![Motion::ZERO; n],
+            subspace: vec![Motion::ZERO; dofs],
+            inertia: vec![RigidInertia::ZERO; n],
+            external: vec![Force::ZERO; n],
+            position: vec![Vec3::ZERO; n],
+            velocity: vec![Motion::ZERO; n],
+            acceleration: vec![Motion::ZERO; n],
+            joint_wrench: vec![Force::ZERO; n],
+            articulated: vec![ArticulatedInertia::default(); n],
+            bias: vec![Force::ZERO; n],
+            carried: vec![[T::ZERO; 2]; n],
+            u_columns: vec![Force::ZERO; dofs],
+            tau: vec![T::ZERO; dofs],
+            u: vec![T::ZERO; dofs],
+            d_inverse: vec![T::ZERO; n],
+            factors: vec![None; factors as usize],
+            factor_of,
+            rates: vec![T::ZERO; dofs],
+        }
+    }
+
+    /// Degrees of freedom of a body's joint in arrays of that shape.
+    pub(crate) fn dofs(&self, body: usize) -> core::ops::Range<usize> {
+        let link = &self.links[body];
+        link.v..link.v + link.kind.dof_count()
+    }
+}
+
+impl Workspace {
+    /// Takes the memory for one model and precision.
+    #[must_use]
+    pub fn new(model: &Model, precision: Precision) -> Self {
+        let arrays = match precision {
+            Precision::F32 => Arrays::F32(Sweeps::new(model)),
+            Precision::F64 => Arrays::F64(Sweeps::new(model)),
+        };
+        Self {
+            scales: Scales::of_model(model),
+            arrays,
+            computed: Computed::default(),
+            qdd: vec![0.0; model.dof_count()],
+            tau: vec![0.0; model.dof_count()],
+            mass_matrix: Vec::new(),
+            model: model.clone(),
+        }
+    }
+
+    /// The precision it works in.
+    #[must_use]
+    pub fn precision(&self) -> Precision {
+        match self.arrays {
+            Arrays::F32(_) => Precision::F32,
+            Arrays::F64(_) => Precision::F64,
+        }
+    }
+
+    /// Refuses a workspace made for another model.
+    pub(crate) fn check_model(&self, model: &Model) -> Result<(), Error> {
+        if self.model.is_same(model) {
+            return Ok(());
+        }
+        Err(Error::WrongWorkspace {
+            workspace: self.model.name().to_owned(),
+            model: model.name().to_owned(),
+        })
+    }
+
+    pub(crate) fn check_body(&self, body: BodyId) -> Result<usize, Error> {
+        if body.index() < self.model.bodies().len() {
+            return Ok(body.index());
+        }
+        Err(Error::UnknownBody {
+            model: self.model.name().to_owned(),
+            body: body.index(),
+        })
+    }
+
+    /// The joint accelerations of the last [`aba`](crate::aba) [rad/s^2 or m/s^2], shape
+    /// [`Model::dof_count`].
+    ///
+    /// # Errors
+    /// [`Error::NotComputed`].
+    pub fn joint_accelerations(&self) -> Result<&[f64], Error> {
+        require(self.computed.accelerations, "accelerations", "aba")?;
+        Ok(&self.qdd)
+    }
+
+    /// Where a body's frame is in the world.
+    ///
+    /// # Errors
+    /// [`Error::NotComputed`], [`Error::UnknownBody`].
+    pub fn pose(&self, body: BodyId) -> Result<Pose, Error> {
+        require(self.computed.poses, "poses", "forward_kinematics")?;
+        let i = self.check_body(body)?;
+        let length = self.model.units().length;
+        let (joint, frame) = in_precision!(&self.arrays, s => {
+            let rotation = glam::DQuat::from_mat3(&s.rotation[i].to_glam()).normalize();
+            (Pose::new(rotation, s.position[i].to_glam()), s.links[i].body_frame)
+        });
+        let pose = joint * frame;
+        Ok(Pose::new(pose.rotation, pose.translation * length))
+    }
+
+    /// Velocity of a body in world axes: angular [rad/s], and linear of its frame's origin [m/s].
+    ///
+    /// # Errors
+    /// [`Error::NotComputed`], [`Error::UnknownBody`].
+    pub fn velocity(&self, body: BodyId) -> Result<Motion<f64>, Error> {
+        require(self.computed.poses, "velocities", "forward_kinematics")?;
+        let i = self.check_body(body)?;
+        let units = self.model.units();
+        let velocity = in_precision!(&self.arrays, s => {
+            in_f64(s.velocity[i]).shifted(s.frame_origin(i))
+        });
+        Ok(Motion::new(
+            velocity.angular * (1.0 / units.time),
+            velocity.linear * units.velocity(),
+        ))
+    }
+
+    /// Acceleration of a body in world axes: angular [rad/s^2], and linear of its frame's origin as
+    /// an observer at rest sees it [m/s^2].
+    ///
+    /// # Errors
+    /// [`Error::NotComputed`], [`Error::UnknownBody`].
+    pub fn acceleration(&self, body: BodyId) -> Result<Motion<f64>, Error> {
+        require(self.computed.accelerations, "accelerations", "aba")?;
+        let i = self.check_body(body)?;
+        let units = self.model.units();
+        let acceleration = in_precision!(&self.arrays, s => {
+            let (r, w) = (s.frame_origin(i), in_f64(Motion::new(s.spin[i], Vec3::ZERO)).angular);
+            let seen = (in_f64(s.acceleration[i]) - in_f64(s.base)).shifted(r);
+            Motion::new(seen.angular, seen.linear + w.cross(w.cross(r)))
+        });
+        Ok(Motion::new(
+            acceleration.angular * (1.0 / (units.time * units.time)),
+            acceleration.linear * units.acceleration(),
+        ))
+    }
+
+    /// Force that a body's joint transmits to it, constraint and joint force together, in world
+    /// axes about the joint's origin: moment [N m], force \[N\].
+    ///
+    /// # Errors
+    /// [`Error::NotComputed`], [`Error::UnknownBody`].
+    pub fn joint_wrench(&self, body: BodyId) -> Result<Force<f64>, Error> {
+        require(
+            self.computed.joint_wrenches,
+            "joint wrenches",
+            "joint_wrenches",
+        )?;
+        let i = self.check_body(body)?;
+        let units = self.model.units();
+        let force = in_precision!(&self.arrays, s => in_f64_force(s.joint_wrench[i]));
+        Ok(Force::new(
+            force.angular * units.energy(),
+            force.linear * units.force(),
+        ))
+    }
+}
+
+impl<T: Real> Sweeps<T> {
+    /// From the joint's origin to the origin of the body's own frame, world axes.
+    fn frame_origin(&self, body: usize) -> Vec3<f64> {
+        let in_joint = self.links[body].body_frame.translation;
+        Vec3::from_glam(self.rotation[body].to_glam() * in_joint)
+    }
+}
+
+pub(crate) fn in_f64<T: Real>(m: Motion<T>) -> Motion<f64> {
+    Motion::new(
+        Vec3::from_glam(m.angular.to_glam()),
+        Vec3::from_glam(m.linear.to_glam()),
+    )
+}
+
+pub(crate) fn in_f64_force<T: Real>(f: Force<T>) -> Force<f64> {
+    Force::new(
+        Vec3::from_glam(f.angular.to_glam()),
+        Vec3::from_glam(f.linear.to_glam()),
+    )
+}
+
+fn require(computed: bool, what: &'static str, remedy: &'static str) -> Result<(), Error> {
+    if computed {
+        return Ok(());
+    }
+    Err(Error::NotComputed { what, remedy })
+}
