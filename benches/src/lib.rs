@@ -1,1 +1,28 @@
-//! Placeholder.
+//! Benchmarks of `vertebra`: every number comes with the error of the result it was measured on.
+//!
+//! A scenario is measured by [`measure::sample`], becomes a [`row::Row`] with its error figures, and
+//! [`results`] writes the rows of a run as JSON, CSV, a Markdown report and plots. [`compare`] judges
+//! one run against another.
+
+#![expect(
+    clippy::print_stdout,
+    reason = "a command-line program talks on stdout"
+)]
+
+pub mod cli;
+pub mod compare;
+pub mod csv;
+pub mod export;
+pub mod frames;
+pub mod interrupt;
+pub mod measure;
+pub mod plot;
+pub mod progress;
+pub mod report;
+pub mod results;
+pub mod row;
+pub mod run;
+pub mod scenario;
+pub mod selftest;
+pub mod suite;
+pub mod table;

@@ -1,2 +1,37 @@
-//! Placeholder.
-fn main() {}
+//! The standalone benchmark binary: it needs neither cargo nor the sources.
+
+#![expect(
+    clippy::print_stdout,
+    reason = "a command-line program talks on stdout"
+)]
+
+use clap::Parser;
+use std::process::ExitCode;
+use vertebra_bench::cli::{Cli, Command, CompareArgs};
+use vertebra_bench::{compare, export, results, run, selftest};
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Bench(arguments) => run::bench(&arguments),
+        Command::Compare(arguments) => judge(&arguments),
+        Command::Selftest => Ok(selftest::selftest()),
+        Command::Export(arguments) => export::export(&arguments).map(|()| true),
+    };
+    match outcome {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn judge(arguments: &CompareArgs) -> anyhow::Result<bool> {
+    let old = results::read_results(&arguments.old)?;
+    let new = results::read_results(&arguments.new)?;
+    let verdicts = compare::compare(&old, &new);
+    println!("{}", compare::to_table(&verdicts));
+    let worse = verdicts.iter().any(compare::Verdict::is_regression);
+    Ok(!(arguments.fail_on_regression && worse))
+}

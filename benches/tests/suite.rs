@@ -1,5 +1,12 @@
 //! The shared suite, every check a test of its own.
 
+#![expect(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a check that fails fails its test, and says by how much"
+)]
+
 use vertebra_bench::suite::{self, Outcome};
 
 fn assert_passes(name: &str, outcome: Outcome) {

@@ -101,7 +101,7 @@ pub enum ModelError {
     NegativeMass {
         /// The body.
         body: String,
-        /// Its mass [kg].
+        /// Its mass \[kg\].
         mass: f64,
     },
     /// A mass far outside the others.

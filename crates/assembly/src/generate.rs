@@ -7,16 +7,16 @@ use vertebra_spatial::Pose;
 /// The rod that generated models are made of: a cylinder along z, carried at one end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rod {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
 }
 
 impl Rod {
-    /// A rod of 1 kg and the given length [m], ten times as long as thick.
+    /// A rod of 1 kg and the given length \[m\], ten times as long as thick.
     #[must_use]
     pub const fn with_length(length: f64) -> Self {
         Self {
@@ -66,7 +66,7 @@ pub fn random_chain(count: usize, rod: &Rod, seed: u64) -> Result<Model, ModelEr
 }
 
 /// A chain coiled to a helix: each rod is bent by `bend` about x and twisted by `twist` about z
-/// [rad] against the one before; the joints turn about x.
+/// \[rad\] against the one before; the joints turn about x.
 ///
 /// # Errors
 /// [`ModelError`] if `count` is zero or the rod or an angle is impossible.

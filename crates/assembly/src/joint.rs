@@ -9,10 +9,10 @@ use vertebra_spatial::Pose;
 /// | kind | position q | rate qd | qd counts |
 /// |---|---|---|---|
 /// | fixed | - | - | 0 |
-/// | revolute | angle [rad] | [rad/s] | 1 |
-/// | prismatic | displacement [m] | [m/s] | 1 |
+/// | revolute | angle \[rad\] | [rad/s] | 1 |
+/// | prismatic | displacement \[m\] | [m/s] | 1 |
 /// | spherical | quaternion x, y, z, w | angular velocity, child joint axes [rad/s] | 3 |
-/// | free | position [m] x, y, z, then quaternion x, y, z, w | angular [rad/s], then linear velocity [m/s], child joint axes | 6 |
+/// | free | position \[m\] x, y, z, then quaternion x, y, z, w | angular [rad/s], then linear velocity [m/s], child joint axes | 6 |
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 pub enum JointKind {
@@ -151,10 +151,10 @@ impl Joint {
 pub struct JointLimits {
     /// Smallest and largest position [rad or m], where the joint has a range.
     pub position: Option<[f64; 2]>,
-    /// Largest speed [rad/s or m/s].
-    pub velocity: f64,
-    /// Largest joint force [N m or N].
-    pub effort: f64,
+    /// Largest speed [rad/s or m/s], where one is stated.
+    pub velocity: Option<f64>,
+    /// Largest joint force [N m or N], where one is stated.
+    pub effort: Option<f64>,
 }
 
 /// A joint that follows another: q = multiplier * q_other + offset.

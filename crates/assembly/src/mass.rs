@@ -8,9 +8,9 @@ use vertebra_spatial::{Pose, SmallCholesky};
 /// Mass, centre of mass and inertia of a rigid body, in its own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MassProperties {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Centre of mass in the body's frame [m].
+    /// Centre of mass in the body's frame \[m\].
     pub center: DVec3,
     /// Rotational inertia about the centre of mass, in the axes of the body's frame [kg m^2].
     pub inertia: DMat3,
@@ -24,7 +24,7 @@ impl MassProperties {
         inertia: DMat3::ZERO,
     };
 
-    /// A solid cylinder of `length` and `radius` [m] along z, from the frame's origin to z = length.
+    /// A solid cylinder of `length` and `radius` \[m\] along z, from the frame's origin to z = length.
     #[must_use]
     pub fn rod(mass: f64, length: f64, radius: f64) -> Self {
         let across = mass * (3.0 * radius * radius + length * length) / 12.0;
@@ -36,7 +36,7 @@ impl MassProperties {
         }
     }
 
-    /// A solid box with edges of `size` [m], centred on the frame's origin.
+    /// A solid box with edges of `size` \[m\], centred on the frame's origin.
     #[must_use]
     pub fn cuboid(mass: f64, size: DVec3) -> Self {
         let s = size * size;
@@ -48,7 +48,7 @@ impl MassProperties {
         }
     }
 
-    /// A solid ball of `radius` [m], centred on the frame's origin.
+    /// A solid ball of `radius` \[m\], centred on the frame's origin.
     #[must_use]
     pub fn sphere(mass: f64, radius: f64) -> Self {
         let moment = 0.4 * mass * radius * radius;
@@ -100,11 +100,14 @@ impl MassProperties {
     ///
     /// A distribution of mass has second moments J = tr(I)/2 - I, which are positive semidefinite;
     /// that is the triangle inequality of the principal moments, and it implies that I is positive
-    /// semidefinite. Both may fail by 1e-6 of the trace, what rounding to six digits in a file does.
+    /// semidefinite. Both may fail by 1e-6 of the trace, what rounding to six digits in a file does,
+    /// and by the rounding error of the moment that the mass has about the frame's origin: exporters
+    /// leave 1e-35 where they mean zero.
     #[must_use]
     pub fn violation(&self) -> Option<InertiaViolation> {
         let trace = self.inertia.x_axis.x + self.inertia.y_axis.y + self.inertia.z_axis.z;
-        let slack = DMat3::from_diagonal(DVec3::splat(1e-6 * trace.abs()));
+        let rounding = 4.0 * f64::EPSILON * self.mass.abs() * self.center.length_squared();
+        let slack = DMat3::from_diagonal(DVec3::splat(1e-6 * trace.abs() + rounding));
         if trace == 0.0 && self.inertia == DMat3::ZERO {
             return None;
         }

@@ -14,7 +14,7 @@ pub struct State {
     pub q: Vec<f64>,
     /// Joint rates [rad/s or m/s], shape [`Model::dof_count`].
     pub qd: Vec<f64>,
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
 }
 

@@ -9,11 +9,11 @@ use vertebra_spatial::Pose;
 /// Each is a power of two: changing to them and back is exact, and in f64 changes no result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Units {
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Length [m].
+    /// Length \[m\].
     pub length: f64,
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
 }
 
@@ -31,7 +31,7 @@ impl Units {
         self.force() * self.length
     }
 
-    /// Unit of force [N].
+    /// Unit of force \[N\].
     #[must_use]
     pub fn force(&self) -> f64 {
         self.mass * self.acceleration()

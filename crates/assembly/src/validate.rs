@@ -175,8 +175,12 @@ fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
         for bound in limits.position.iter().flatten() {
             finite("joint position limit", body, *bound)?;
         }
-        finite("joint velocity limit", body, limits.velocity)?;
-        finite("joint effort limit", body, limits.effort)?;
+        for (quantity, limit) in [
+            ("joint velocity limit", limits.velocity),
+            ("joint effort limit", limits.effort),
+        ] {
+            finite(quantity, body, limit.unwrap_or(0.0))?;
+        }
     }
     if let Some(mimic) = &joint.mimic {
         finite("mimic multiplier", body, mimic.multiplier)?;
@@ -206,6 +210,18 @@ fn check_placement(
 }
 
 fn check_mass(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
+    check_mass_numbers(body, mass)?;
+    match mass.violation() {
+        Some(reason) => Err(ModelError::NonPhysicalInertia {
+            body: body.to_owned(),
+            reason,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Checks one body's mass properties, but not whether the inertia is possible.
+pub(crate) fn check_mass_numbers(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
     finite("mass", body, mass.mass)?;
     finite_vector("centre of mass", body, mass.center)?;
     for value in mass.inertia.to_cols_array() {
@@ -227,13 +243,7 @@ fn check_mass(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
             body: body.to_owned(),
         });
     }
-    match mass.violation() {
-        Some(reason) => Err(ModelError::NonPhysicalInertia {
-            body: body.to_owned(),
-            reason,
-        }),
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 fn largest_entry(m: &DMat3) -> f64 {

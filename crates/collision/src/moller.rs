@@ -44,18 +44,25 @@ impl PlanedTriangle {
     }
 
     /// Signed distances of the points to the plane times twice the area, those below epsilon taken as zero \[m³].
+    #[inline]
     fn distances(&self, points: &[Vec3; 3], epsilon: f32) -> [f32; 3] {
-        points.map(|p| {
+        let distance = |p: Vec3| {
             let distance = self.normal.dot(p) + self.offset;
             if distance.abs() < epsilon {
                 0.0
             } else {
                 distance
             }
-        })
+        };
+        [
+            distance(points[0]),
+            distance(points[1]),
+            distance(points[2]),
+        ]
     }
 
     /// Whether the triangles meet, as far as this method can tell.
+    #[inline]
     #[must_use]
     pub fn intersects(&self, other: &Self, epsilon: f32) -> bool {
         let distances = other.distances(&self.corners, epsilon);
@@ -100,6 +107,7 @@ impl PlanedTriangle {
     }
 }
 
+#[inline]
 fn one_side([d0, d1, d2]: [f32; 3]) -> bool {
     d0 * d1 > 0.0 && d0 * d2 > 0.0
 }

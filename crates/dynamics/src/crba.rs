@@ -15,7 +15,7 @@ use vertebra_spatial::{ArticulatedInertia, Force, Real};
 /// The joint-space mass matrix M, symmetric, shape [`Model::dof_count`] squared, in SI.
 ///
 /// # Errors
-/// [`Error`] if an input does not fit the model, or the matrix does not fit in memory.
+/// [`Error`] if an input does not fit the model, or the matrix is too large (32 768 freedoms at most).
 pub fn crba<'w>(
     model: &Model,
     state: &State,
@@ -79,16 +79,22 @@ pub fn crba_forward_dynamics(
     Ok(qdd)
 }
 
+/// Order beyond which no dense matrix is made: 8.6 GB.
+const DENSE_LIMIT: usize = 1 << 15;
+
 fn reserve_square(matrix: &mut Vec<f64>, dofs: usize) -> Result<(), Error> {
-    let out_of_memory = || Error::OutOfMemory { dofs };
-    let entries = dofs.checked_mul(dofs).ok_or_else(out_of_memory)?;
-    if matrix.len() != entries {
-        matrix
-            .try_reserve_exact(entries.saturating_sub(matrix.len()))
-            .map_err(|_| out_of_memory())?;
+    let too_large = Error::DenseTooLarge {
+        dofs,
+        limit: DENSE_LIMIT,
+    };
+    if dofs > DENSE_LIMIT {
+        return Err(too_large);
     }
     matrix.clear();
-    matrix.resize(entries, 0.0);
+    matrix
+        .try_reserve_exact(dofs * dofs)
+        .map_err(|_| too_large)?;
+    matrix.resize(dofs * dofs, 0.0);
     Ok(())
 }
 

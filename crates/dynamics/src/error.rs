@@ -76,10 +76,14 @@ pub enum Error {
         /// The pivot that is not positive.
         pivot: usize,
     },
-    /// No memory for a dense matrix.
-    #[error("no memory for a dense {dofs} x {dofs} matrix; use ABA, which needs none")]
-    OutOfMemory {
+    /// A dense matrix that is too large, or for which there is no memory.
+    #[error(
+        "a dense {dofs} x {dofs} matrix does not fit: at most {limit} degrees of freedom, given the memory; use ABA, which needs none"
+    )]
+    DenseTooLarge {
         /// Its order.
         dofs: usize,
+        /// The largest order allowed.
+        limit: usize,
     },
 }

@@ -111,7 +111,9 @@ impl Step<'_> {
             acceleration_sum,
             rate,
         } = stages;
-        stage.clone_from(start);
+        stage.q.copy_from_slice(&start.q);
+        stage.qd.copy_from_slice(&start.qd);
+        stage.time = start.time;
         displacement.fill(0.0);
         rate_sum.fill(0.0);
         acceleration_sum.fill(0.0);

@@ -1,0 +1,263 @@
+//! The command line of `vertebra-bench`.
+
+use crate::scenario::Selection;
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+use vertebra::Pose;
+use vertebra::Precision;
+use vertebra::glam::{DQuat, DVec3};
+
+/// Benchmarks of vertebra: speed, always beside error.
+#[derive(Debug, Parser)]
+#[command(name = "vertebra-bench", version, propagate_version = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Measure scenarios, or your own files, and write tables and plots.
+    Bench(Box<BenchArgs>),
+    /// Judge one run against another, row by row.
+    Compare(CompareArgs),
+    /// Run the test suite that every solver passes.
+    Selftest,
+    /// Write a scenario's inputs for other tools.
+    Export(ExportArgs),
+}
+
+/// Options of `bench`.
+#[derive(Args, Debug)]
+pub struct BenchArgs {
+    /// Scenarios to measure: `dynamics`, `collision`. All by default; none of them when you name
+    /// files of your own.
+    #[arg(value_parser = ["dynamics", "collision"])]
+    pub scenarios: Vec<String>,
+    /// Take fewer samples and leave out what is slow: done within a minute.
+    #[arg(long)]
+    pub quick: bool,
+    /// Methods: aba, crba, rnea, step; exact, moller, moller0, or one question such as exact-any.
+    #[arg(long, value_delimiter = ',', value_parser = METHODS)]
+    pub method: Vec<String>,
+    /// Precisions.
+    #[arg(long, value_delimiter = ',', value_enum)]
+    pub precision: Vec<PrecisionArg>,
+    /// Backends. This version computes on the CPU.
+    #[arg(long, value_delimiter = ',', value_parser = ["cpu"])]
+    pub backend: Vec<String>,
+    /// Numbers of bodies of the chains.
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
+    pub sizes: Vec<u32>,
+    /// Numbers of threads; one and all by default.
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Vec<u32>,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Folder for results.json, results.csv, report.md and plots.
+    #[arg(long, default_value = "target/bench", value_name = "DIR")]
+    pub out: PathBuf,
+    /// Measure this robot.
+    #[arg(long, value_name = "FILE.urdf")]
+    pub model: Option<PathBuf>,
+    /// Let the robot's root float freely.
+    #[arg(long, requires = "model")]
+    pub floating_base: bool,
+    /// Measure this mesh (OBJ or STL) against --mesh-b.
+    #[arg(long, value_name = "FILE", requires = "mesh_b")]
+    pub mesh_a: Option<PathBuf>,
+    /// The other mesh.
+    #[arg(long, value_name = "FILE", requires = "mesh_a")]
+    pub mesh_b: Option<PathBuf>,
+    /// Where the other mesh stands: position, then quaternion.
+    #[arg(
+        long,
+        value_name = "x,y,z,qx,qy,qz,qw",
+        requires = "mesh_b",
+        allow_hyphen_values = true,
+        value_parser = parse_pose
+    )]
+    pub pose_b: Option<Pose>,
+    /// Write the (last) two meshes with colliding triangles coloured.
+    #[arg(long, value_name = "FILE.ply")]
+    pub hits: Option<PathBuf>,
+    /// Write the poses of a moving chain, or of --model, over two seconds.
+    #[arg(long, value_name = "FILE.json")]
+    pub frames: Option<PathBuf>,
+    /// Judge the result against an older results.json.
+    #[arg(long, value_name = "OLD.json")]
+    pub compare: Option<PathBuf>,
+    /// With --compare: fail when a row got slower or less accurate.
+    #[arg(long, requires = "compare")]
+    pub fail_on_regression: bool,
+}
+
+/// Options of `compare`.
+#[derive(Args, Debug)]
+pub struct CompareArgs {
+    /// The older results.json, or its folder.
+    pub old: PathBuf,
+    /// The newer one.
+    pub new: PathBuf,
+    /// Fail when a row got slower or less accurate.
+    #[arg(long)]
+    pub fail_on_regression: bool,
+}
+
+/// Options of `export`.
+#[derive(Args, Debug)]
+pub struct ExportArgs {
+    /// The scenario: `dynamics`, `collision`.
+    #[arg(value_parser = ["dynamics", "collision"])]
+    pub scenario: String,
+    /// Folder to write to.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Numbers of bodies of the chains.
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
+    pub sizes: Vec<u32>,
+    /// Seed of everything random, as for `bench`.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// A precision on the command line.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum PrecisionArg {
+    /// Single.
+    F32,
+    /// Double.
+    F64,
+}
+
+impl From<PrecisionArg> for Precision {
+    fn from(argument: PrecisionArg) -> Self {
+        match argument {
+            PrecisionArg::F32 => Self::F32,
+            PrecisionArg::F64 => Self::F64,
+        }
+    }
+}
+
+const METHODS: [&str; 13] = [
+    "aba",
+    "crba",
+    "rnea",
+    "step",
+    "exact",
+    "exact-any",
+    "exact-count",
+    "exact-mask",
+    "exact-pairs",
+    "moller",
+    "moller-pairs",
+    "moller0",
+    "moller0-pairs",
+];
+
+impl BenchArgs {
+    /// What is to be measured.
+    #[must_use]
+    pub fn selection(&self) -> Selection {
+        Selection {
+            methods: self.method.clone(),
+            precisions: self.precision.iter().map(|&p| p.into()).collect(),
+            sizes: to_sizes(&self.sizes),
+            threads: to_sizes(&self.threads),
+            seed: self.seed,
+            quick: self.quick,
+        }
+    }
+
+    /// Whether a built-in scenario is asked for.
+    #[must_use]
+    pub fn wants(&self, scenario: &str) -> bool {
+        if self.scenarios.is_empty() {
+            return self.model.is_none() && self.mesh_a.is_none();
+        }
+        self.scenarios.iter().any(|s| s == scenario)
+    }
+}
+
+impl ExportArgs {
+    /// The inputs that `bench` would measure.
+    #[must_use]
+    pub fn selection(&self) -> Selection {
+        Selection {
+            methods: Vec::new(),
+            precisions: Vec::new(),
+            sizes: to_sizes(&self.sizes),
+            threads: Vec::new(),
+            seed: self.seed,
+            quick: false,
+        }
+    }
+}
+
+fn to_sizes(numbers: &[u32]) -> Vec<usize> {
+    numbers.iter().map(|&n| n as usize).collect()
+}
+
+fn parse_pose(text: &str) -> Result<Pose, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|part| {
+            part.trim()
+                .parse()
+                .map_err(|_| format!("`{part}` is not a number"))
+        })
+        .collect::<Result<_, _>>()?;
+    let [x, y, z, qx, qy, qz, qw] = numbers[..] else {
+        return Err(format!("expected seven numbers, found {}", numbers.len()));
+    };
+    let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
+    let length = rotation.length();
+    if !(length.is_finite() && length > 0.0) {
+        return Err("the quaternion must be finite and not zero".to_owned());
+    }
+    Ok(Pose::new(rotation.normalize(), DVec3::new(x, y, z)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn poses_are_read_and_refused() {
+        let pose = parse_pose("1,2,-3,0,0,0,2").expect("a pose");
+        assert_eq!(pose, Pose::from_translation(DVec3::new(1.0, 2.0, -3.0)));
+        for bad in [
+            "",
+            "1,2,3",
+            "a,0,0,0,0,0,1",
+            "0,0,0,0,0,0,0",
+            "0,0,0,nan,0,0,1",
+        ] {
+            assert!(parse_pose(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn own_files_replace_the_scenarios_unless_named() {
+        let parse = |words: &[&str]| {
+            let cli = Cli::parse_from([&["vertebra-bench", "bench"], words].concat());
+            match cli.command {
+                Command::Bench(arguments) => arguments,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert!(parse(&[]).wants("dynamics"));
+        assert!(!parse(&["--model", "a.urdf"]).wants("dynamics"));
+        let both = parse(&["dynamics", "--model", "a.urdf"]);
+        assert!(both.wants("dynamics") && !both.wants("collision"));
+    }
+}

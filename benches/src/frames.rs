@@ -1,0 +1,95 @@
+//! `--frames`: a model in motion, as the poses of its bodies over time.
+
+use crate::interrupt::Interrupt;
+use crate::results::write_atomically;
+use crate::scenario::model::Subject;
+use serde::Serialize;
+use std::path::Path;
+use vertebra::generate::{self, Rod};
+use vertebra::{Precision, Simulation};
+
+/// Length of the motion and time between frames \[s\].
+const DURATION: f64 = 2.0;
+const FRAME: f64 = 0.02;
+/// Steps between two frames: 0.2 ms each.
+const STEPS: usize = 100;
+/// Bodies of the chain that moves when no model is given.
+const CHAIN: usize = 128;
+
+/// The file: enough to draw the model at every time.
+#[derive(Serialize)]
+struct Frames {
+    model: String,
+    bodies: Vec<String>,
+    parents: Vec<Option<u32>>,
+    /// x, y, z, qx, qy, qz, qw \[m\].
+    layout: &'static str,
+    frames: Vec<Frame>,
+}
+
+#[derive(Serialize)]
+struct Frame {
+    time: f64,
+    energy: f64,
+    poses: Vec<[f64; 7]>,
+}
+
+/// Moves the subject, or a chain of 128, from its first random input and writes the poses. Ctrl-C
+/// ends the motion early.
+///
+/// # Errors
+/// If a step fails or the file cannot be written.
+pub fn write_frames(
+    path: &Path,
+    subject: Option<&Subject>,
+    interrupt: &Interrupt,
+) -> anyhow::Result<()> {
+    let chain;
+    let subject = match subject {
+        Some(subject) => subject,
+        None => {
+            let model = generate::random_chain(CHAIN, &Rod::default(), 1)?;
+            chain = Subject::new("frames", model, 1);
+            &chain
+        }
+    };
+    let (state, forces) = &subject.inputs[0];
+    let mut simulation = subject.simulation(Precision::F64, state, forces)?;
+    let mut frames = vec![frame(&mut simulation)?];
+    while simulation.state().time < DURATION && !interrupt.requested() {
+        for _ in 0..STEPS {
+            simulation.step(FRAME / STEPS as f64)?;
+        }
+        frames.push(frame(&mut simulation)?);
+    }
+    let model = &subject.model;
+    let file = Frames {
+        model: model.name().to_owned(),
+        bodies: model.bodies().iter().map(|b| b.name.clone()).collect(),
+        parents: model
+            .bodies()
+            .iter()
+            .map(|b| b.parent.map(|p| p.0))
+            .collect(),
+        layout: "x, y, z [m], qx, qy, qz, qw",
+        frames,
+    };
+    write_atomically(path, &serde_json::to_vec(&file)?)?;
+    println!("wrote {}: {} frames", path.display(), file.frames.len());
+    Ok(())
+}
+
+fn frame(simulation: &mut Simulation) -> anyhow::Result<Frame> {
+    let sums = simulation.mechanics()?;
+    let mut poses = Vec::new();
+    for id in simulation.model().body_ids() {
+        let pose = simulation.pose(id)?;
+        let (p, q) = (pose.translation, pose.rotation);
+        poses.push([p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
+    }
+    Ok(Frame {
+        time: simulation.state().time,
+        energy: sums.kinetic_energy + sums.potential_energy,
+        poses,
+    })
+}

@@ -1,0 +1,228 @@
+//! Rows as series: one colour and marker for each method, precision and way of running.
+
+use std::collections::BTreeSet;
+
+use super::figure::{Color, Marker};
+use crate::row::Row;
+
+/// Colours told apart by readers with any kind of colour vision, dark enough for a white ground
+/// (M. Okabe and K. Ito, "Color universal design", 2008; their yellow left out).
+const COLORS: [Color; 7] = [
+    Color(0, 114, 178),
+    Color(213, 94, 0),
+    Color(0, 158, 115),
+    Color(204, 121, 167),
+    Color(230, 159, 0),
+    Color(86, 180, 233),
+    Color(0, 0, 0),
+];
+/// As many as share no factor with the number of colours: each pair comes once before any comes
+/// twice.
+const MARKERS: [Marker; 5] = [
+    Marker::Circle,
+    Marker::Square,
+    Marker::Diamond,
+    Marker::Up,
+    Marker::Down,
+];
+
+/// The rows of one method run in one way.
+pub(super) struct Series<'a> {
+    pub(super) label: String,
+    pub(super) color: Color,
+    pub(super) marker: Marker,
+    /// In order of size.
+    pub(super) rows: Vec<&'a Row>,
+}
+
+/// The series of these rows in order of first appearance. Labels name only what differs, besides
+/// the method.
+pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
+    fn way(row: &Row) -> (&str, &str, &str, usize, &str) {
+        (
+            &row.method,
+            &row.precision,
+            &row.backend,
+            row.threads,
+            &row.device,
+        )
+    }
+    let several = |part: fn(&Row) -> String| {
+        rows.iter()
+            .map(|row| part(row))
+            .collect::<BTreeSet<_>>()
+            .len()
+            > 1
+    };
+    let several_backends = several(|row| row.backend.clone());
+    let several_threads = several(|row| row.threads.to_string());
+    let several_devices = several(|row| row.device.clone());
+
+    let mut series: Vec<Series<'a>> = Vec::new();
+    for row in rows {
+        if let Some(series) = series
+            .iter_mut()
+            .find(|series| way(series.rows[0]) == way(row))
+        {
+            series.rows.push(row);
+            continue;
+        }
+        let mut label = row.method.clone();
+        if row.precision != "-" {
+            label.push_str(&format!(" {}", row.precision));
+        }
+        if several_backends {
+            label.push_str(&format!(", {}", row.backend));
+        }
+        if several_threads {
+            label.push_str(&format!(
+                ", {} thread{}",
+                row.threads,
+                if row.threads == 1 { "" } else { "s" }
+            ));
+        }
+        if several_devices {
+            label.push_str(&format!(", {}", row.device));
+        }
+        let index = series.len();
+        let (color, marker) = (COLORS[index % COLORS.len()], MARKERS[index % MARKERS.len()]);
+        series.push(Series {
+            label,
+            color,
+            marker,
+            rows: vec![row],
+        });
+    }
+    for series in &mut series {
+        series.rows.sort_by_key(|row| row.size);
+    }
+    series
+}
+
+/// Published times of the source.
+pub(super) struct Published {
+    pub(super) label: String,
+    /// Size and time \[s\], in order of size.
+    pub(super) points: Vec<(u64, f64)>,
+}
+
+/// The published times of these series: one curve, or one for each method where methods have
+/// different times.
+pub(super) fn published(series: &[Series<'_>]) -> Vec<Published> {
+    struct Curve<'a> {
+        methods: BTreeSet<&'a str>,
+        points: Vec<(u64, f64)>,
+    }
+    let mut curves: Vec<Curve<'_>> = Vec::new();
+    for series in series {
+        let points: Vec<(u64, f64)> = series
+            .rows
+            .iter()
+            .filter_map(|row| Some((row.size, row.reference_time_s?)))
+            .collect();
+        if points.is_empty() {
+            continue;
+        }
+        let same = |(size, time): &(u64, f64), curve: &Curve<'_>| {
+            curve.points.iter().all(|(s, t)| s != size || t == time)
+        };
+        let method = series.rows[0].method.as_str();
+        match curves
+            .iter_mut()
+            .find(|curve| points.iter().all(|point| same(point, curve)))
+        {
+            Some(curve) => {
+                curve.methods.insert(method);
+                curve.points.extend(points);
+            }
+            None => curves.push(Curve {
+                methods: BTreeSet::from([method]),
+                points,
+            }),
+        }
+    }
+    let several = curves.len() > 1;
+    curves
+        .into_iter()
+        .map(
+            |Curve {
+                 methods,
+                 mut points,
+             }| {
+                points.sort_by_key(|(size, _)| *size);
+                points.dedup();
+                let methods: Vec<&str> = methods.into_iter().collect();
+                let label = if several {
+                    format!("published for {}", methods.join(", "))
+                } else {
+                    "published".to_owned()
+                };
+                Published { label, points }
+            },
+        )
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::row::tests::row;
+
+    #[test]
+    fn labels_name_what_differs() {
+        let rows = [
+            row("chain", "aba", "f64", 256, 2e-3),
+            row("chain", "aba", "f64", 128, 1e-3),
+            Row {
+                threads: 4,
+                ..row("chain", "aba", "f64", 128, 1e-3)
+            },
+            row("chain", "moller", "-", 128, 1e-3),
+        ];
+        let all: Vec<&Row> = rows.iter().collect();
+        let labels: Vec<String> = series(&all)
+            .into_iter()
+            .map(|series| series.label)
+            .collect();
+        assert_eq!(
+            labels,
+            [
+                "aba f64, 1 thread",
+                "aba f64, 4 threads",
+                "moller, 1 thread"
+            ]
+        );
+        let few = series(&all[..2]);
+        assert_eq!(few[0].label, "aba f64");
+        assert!(few[0].rows.iter().map(|row| row.size).is_sorted());
+    }
+
+    #[test]
+    fn published_times_join_into_one_curve_unless_they_contradict() {
+        let with = |method: &str, size, time| Row {
+            reference_time_s: Some(time),
+            ..row("c", method, "f64", size, 1e-3)
+        };
+        let rows = [
+            with("a", 128, 0.03),
+            with("a", 256, 0.04),
+            with("b", 256, 0.04),
+            with("b", 512, 0.05),
+        ];
+        let curves = published(&series(&rows.iter().collect::<Vec<_>>()));
+        assert_eq!(curves.len(), 1);
+        assert_eq!(
+            (curves[0].label.as_str(), curves[0].points.len()),
+            ("published", 3)
+        );
+        let rows = [with("gpu", 128, 0.03), with("cpu", 128, 0.3)];
+        let curves = published(&series(&rows.iter().collect::<Vec<_>>()));
+        assert_eq!(
+            curves
+                .iter()
+                .map(|curve| curve.label.as_str())
+                .collect::<Vec<_>>(),
+            ["published for gpu", "published for cpu"]
+        );
+    }
+}

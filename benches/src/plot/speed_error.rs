@@ -1,0 +1,217 @@
+//! Speed against error, both logarithmic: a point a row, labelled with its size or its scenario.
+
+use super::axis::{LogAxis, count_label, metric_label, power_label};
+use super::figure::{Align, Color, Figure, MUTED, Point, Rect, WHITE, fit, text_width};
+use super::frame::{Frame, HEIGHT, LABEL, Legend, SMALL, Titles, devices};
+use super::labels::{self, Label};
+use super::paint::MARKER;
+use super::series::{Series, series};
+use super::zero_strip::ZeroStrip;
+use crate::row::Row;
+use crate::table::format::count;
+
+/// Room for labels such as `500 M` \[px\].
+const LABELS: f64 = 56.0;
+/// Widest name of a scenario as a label \[px\].
+const NAME: f64 = 200.0;
+/// Heading of the strip for errors of zero.
+pub(super) const EXACT: &str = "← exactly 0";
+/// Lines from a point to a label that found no room beside it.
+const LEADER: Color = Color(168, 168, 168);
+
+/// A row as a point.
+pub(super) struct DataPoint<'a> {
+    error: f64,
+    /// \[size unit per second\]
+    speed: f64,
+    pub(super) series: &'a Series<'a>,
+    pub(super) label: String,
+}
+
+/// An error figure that rows have in common.
+struct Measure {
+    /// Title of the axis.
+    title: &'static str,
+    /// What rows without it lack.
+    name: &'static str,
+    value: fn(&Row) -> Option<f64>,
+    label: fn(f64) -> String,
+}
+
+const MEASURES: [Measure; 3] = [
+    Measure {
+        title: "forward error, relative to the largest reference value",
+        name: "forward error",
+        value: |row| row.error_forward,
+        label: power_label,
+    },
+    Measure {
+        title: "residual, relative to the largest term",
+        name: "residual",
+        value: |row| row.error_residual,
+        label: power_label,
+    },
+    Measure {
+        title: "wrong pairs, false and missed",
+        name: "count of wrong pairs",
+        value: |row| row.wrong_pairs().map(|pairs| pairs as f64),
+        label: count_label,
+    },
+];
+
+/// The plot of the rows of one scenario, or of several that have one size each.
+pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
+    let measured = |measure: &Measure| {
+        rows.iter()
+            .filter(|row| (measure.value)(row).is_some())
+            .count()
+    };
+    // The figure that most rows have, the first of equals.
+    let [mut measure, others @ ..] = MEASURES.each_ref();
+    for other in others {
+        if measured(other) > measured(measure) {
+            measure = other;
+        }
+    }
+    let series = series(rows);
+    let speed = |row: &Row| row.size as f64 / row.time_median_s;
+    let error = |row: &Row| (measure.value)(row);
+    let mut points = Vec::new();
+    for series in &series {
+        for row in &series.rows {
+            let label = if scenario.is_some() {
+                count(row.size)
+            } else {
+                fit(&row.scenario, SMALL, false, NAME)
+            };
+            points.extend(error(row).map(|error| DataPoint {
+                error,
+                speed: speed(row),
+                series,
+                label,
+            }));
+        }
+    }
+    let kind = if scenario.is_some() {
+        "size"
+    } else {
+        "scenario"
+    };
+    let columns = if points.iter().any(|point| point.error == 0.0) {
+        ", and columns at exactly 0"
+    } else {
+        ""
+    };
+    let mut remark = format!("Labels{columns}: {kind}. Best is at the top left.");
+    if points.len() < rows.len() {
+        remark.push_str(&format!(
+            " Rows without {}, not drawn: {}.",
+            measure.name,
+            rows.len() - points.len()
+        ));
+    }
+    let titles = Titles {
+        title: scenario.map_or("Speed against error".to_owned(), |scenario| {
+            format!("{scenario}: speed against error")
+        }),
+        subtitle: devices(rows),
+        vertical: Some(&format!("speed [{} per second]", rows[0].size_unit)),
+        horizontal: measure.title,
+        remark,
+    };
+    let has_points = |series: &&Series<'_>| series.rows.iter().any(|row| error(row).is_some());
+    let drawn = series.iter().filter(has_points).collect();
+    let legend = Legend {
+        series: drawn,
+        published: Vec::new(),
+        lines: false,
+    };
+    let mut frame = Frame::new(&titles, &legend, HEIGHT, LABELS);
+    let area = frame.area;
+    let vertical = LogAxis::decimal(
+        points.iter().map(|point| point.speed),
+        (area.bottom - 24.0, area.top + 24.0),
+    );
+    frame.vertical_axis(&vertical, metric_label);
+
+    let (exact, inexact): (Vec<DataPoint<'_>>, Vec<DataPoint<'_>>) =
+        points.into_iter().partition(|point| point.error == 0.0);
+    let strip = ZeroStrip::new(&exact, &area, inexact.is_empty());
+    let border = strip.right();
+    let ticks: Vec<_> = strip
+        .columns()
+        .map(|(x, label)| (x, fit(label, LABEL, false, strip.label_width())))
+        .collect();
+    frame.horizontal_ticks(&ticks);
+    let plane = Rect {
+        left: border,
+        ..area
+    };
+    let horizontal = LogAxis::decimal(
+        inexact.iter().map(|point| point.error),
+        (plane.left + 24.0, plane.right - 24.0),
+    );
+    if !inexact.is_empty() {
+        frame.horizontal_axis(&horizontal, measure.label);
+    }
+    frame.axis_lines();
+    if !exact.is_empty() {
+        let end = (border - 4.0, area.top - 10.0);
+        frame.figure.text(end, EXACT, SMALL, MUTED, Align::Right);
+        frame.figure.dashed(
+            &[(border, area.top), (border, area.bottom)],
+            MUTED,
+            1.5,
+            (3.0, 4.0),
+        );
+    }
+    for point in &exact {
+        let place = (strip.place(point), vertical.place(point.speed));
+        frame
+            .figure
+            .marker(place, point.series.marker, point.series.color, false);
+    }
+    let place =
+        |point: &DataPoint<'_>| (horizontal.place(point.error), vertical.place(point.speed));
+    draw_labelled(&mut frame.figure, &inexact, place, &plane);
+    frame.figure
+}
+
+/// Draws the points with their labels within `bounds`.
+fn draw_labelled(
+    figure: &mut Figure,
+    points: &[DataPoint<'_>],
+    place: impl Fn(&DataPoint<'_>) -> Point,
+    bounds: &Rect,
+) {
+    let label = |point: &DataPoint<'_>| Label {
+        point: place(point),
+        width: text_width(&point.label, SMALL, false) + 4.0,
+        height: SMALL + 3.0,
+    };
+    let labels: Vec<Label> = points.iter().map(label).collect();
+    let markers: Vec<Rect> = labels
+        .iter()
+        .map(|label| Rect::around(label.point, MARKER + 2.0))
+        .collect();
+    let places = labels::place(&labels, &markers, bounds);
+    for (label, place) in labels.iter().zip(&places) {
+        if let Some(end) = place.and_then(|place| labels::leader_end(label.point, &place)) {
+            figure.line(&[label.point, end], LEADER, 1.0);
+        }
+    }
+    for (point, (label, place)) in points.iter().zip(labels.iter().zip(&places)) {
+        let Series { marker, color, .. } = *point.series;
+        figure.marker(label.point, marker, color, false);
+        if let Some(place) = place {
+            let middle = (
+                0.5 * (place.left + place.right),
+                0.5 * (place.top + place.bottom),
+            );
+            // A ground that keeps the grid and lines to other labels out of the text.
+            let ground = [(place.left, middle.1), (place.right, middle.1)];
+            figure.line(&ground, WHITE, SMALL);
+            figure.text(middle, &point.label, SMALL, color.for_text(), Align::Center);
+        }
+    }
+}

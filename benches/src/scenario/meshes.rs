@@ -1,0 +1,215 @@
+//! The source's scenario `collision`: all colliding pairs of triangles of two meshes.
+
+use super::published::{self, MeshTimes};
+use super::{Measurement, Meter, Selection, tableware};
+use crate::row::Row;
+use crate::suite::gold_meshes::wrong_pairs;
+use vertebra::{Method, Pose, Query, TriangleMesh};
+
+/// Name of the group of scenarios.
+pub const NAME: &str = "collision";
+
+/// Two meshes to be tested against each other.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// Name of the scenario in the rows.
+    pub scenario: String,
+    /// The first mesh.
+    pub a: TriangleMesh,
+    /// The second mesh.
+    pub b: TriangleMesh,
+    /// Where the second mesh stands.
+    pub pose_b: Pose,
+    /// What the source published for it.
+    pub published: Option<MeshTimes>,
+}
+
+/// The three pairs of the source.
+///
+/// # Errors
+/// None in practice: the generated meshes are valid.
+pub fn subjects() -> anyhow::Result<Vec<Subject>> {
+    let subject = |scenario: &str, a, b, published| Subject {
+        scenario: scenario.to_owned(),
+        a,
+        b,
+        pose_b: Pose::IDENTITY,
+        published: Some(published),
+    };
+    let cup = tableware::cup()?;
+    Ok(vec![
+        subject(
+            "sphere x cylinder",
+            tableware::sphere()?,
+            tableware::cylinder()?,
+            published::SPHERE_CYLINDER,
+        ),
+        subject(
+            "cup x bowl",
+            cup.clone(),
+            tableware::bowl()?,
+            published::CUP_BOWL,
+        ),
+        subject(
+            "cup x spoon",
+            cup,
+            tableware::spoon()?,
+            published::CUP_SPOON,
+        ),
+    ])
+}
+
+/// What a query is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Question {
+    Any,
+    Count,
+    Mask,
+    Pairs,
+}
+
+/// Every row: name, test, question.
+const METHODS: [(&str, Method, Question); 6] = [
+    ("exact-any", Method::Exact, Question::Any),
+    ("exact-count", Method::Exact, Question::Count),
+    ("exact-mask", Method::Exact, Question::Mask),
+    ("exact-pairs", Method::Exact, Question::Pairs),
+    ("moller-pairs", Method::MOLLER, Question::Pairs),
+    (
+        "moller0-pairs",
+        Method::Moller { epsilon: 0.0 },
+        Question::Pairs,
+    ),
+];
+
+impl Subject {
+    /// A query over the two meshes as they stand.
+    ///
+    /// # Errors
+    /// If the pose is not valid.
+    pub fn query(&self) -> anyhow::Result<Query<'_>> {
+        Ok(Query::new(&self.a, &self.b).pose_b(self.pose_b)?)
+    }
+
+    /// The rows asked for.
+    #[must_use]
+    pub fn measurements<'a>(&'a self, selection: &Selection) -> Vec<Measurement<'a>> {
+        let mut list = Vec::new();
+        for threads in selection.threads() {
+            for (name, method, question) in METHODS {
+                let single = method == Method::Exact
+                    || !selection.precisions().contains(&vertebra::Precision::F32);
+                if method != Method::Exact && single {
+                    continue;
+                }
+                if selection.wants(name) {
+                    let label = format!("{}: {name} on {threads} threads", self.scenario);
+                    list.push(Measurement::new(label, move |meter| {
+                        self.measure(meter, name, method, question, threads)
+                    }));
+                }
+            }
+        }
+        list
+    }
+
+    /// Number of pairs of triangles.
+    #[must_use]
+    pub fn size(&self) -> u64 {
+        self.a.len() as u64 * self.b.len() as u64
+    }
+
+    /// Errors: pairs too many and too few against the exact list.
+    fn measure(
+        &self,
+        meter: &Meter,
+        name: &str,
+        method: Method,
+        question: Question,
+        threads: usize,
+    ) -> anyhow::Result<Option<Row>> {
+        let exact = self.query()?.threads(0).pairs()?;
+        let query = self.query()?.method(method).threads(threads);
+        let (timing, hits, wrong) = match question {
+            Question::Any => {
+                let found = query.any()?;
+                // Of a yes or no, one answer can be wrong.
+                let wrong = (
+                    u64::from(found && exact.is_empty()),
+                    u64::from(!found && !exact.is_empty()),
+                );
+                (meter.time(|| query.any())?, u64::from(found), wrong)
+            }
+            Question::Count => {
+                let count = query.count()?;
+                let expected = exact.len() as u64;
+                let wrong = (
+                    count.saturating_sub(expected),
+                    expected.saturating_sub(count),
+                );
+                (meter.time(|| query.count())?, count, wrong)
+            }
+            Question::Mask => {
+                let (a, b) = query.mask()?;
+                let wrong = wrong_triangles(&a, &b, &exact);
+                let hits = a.iter().chain(&b).filter(|hit| **hit).count() as u64;
+                (meter.time(|| query.mask())?, hits, wrong)
+            }
+            Question::Pairs => {
+                let found = query.pairs()?;
+                let wrong = wrong_pairs(&found, &exact);
+                (meter.time(|| query.pairs())?, found.len() as u64, wrong)
+            }
+        };
+        let precision = if method == Method::Exact { "-" } else { "f32" };
+        Ok(timing.map(|timing| Row {
+            threads,
+            false_pairs: Some(wrong.0),
+            missed_pairs: Some(wrong.1),
+            hits: Some(hits),
+            reference_time_s: match (question, self.published) {
+                (Question::Pairs, Some(published)) => Some(published.gpu_s),
+                _ => None,
+            },
+            note: self.note(question),
+            ..Row::new(
+                &self.scenario,
+                name,
+                precision,
+                self.size(),
+                "triangle pairs",
+                &timing,
+            )
+        }))
+    }
+
+    fn note(&self, question: Question) -> String {
+        match (question, self.published) {
+            (Question::Pairs, Some(published)) => format!(
+                "{} x {} triangles; published: GPU {} ms, one CPU thread {} ms",
+                self.a.len(),
+                self.b.len(),
+                published.gpu_s * 1e3,
+                published.cpu_s * 1e3
+            ),
+            (Question::Mask, _) => "hits and errors count triangles".to_owned(),
+            _ => format!("{} x {} triangles", self.a.len(), self.b.len()),
+        }
+    }
+}
+
+/// Triangles marked that meet none, and triangles not marked that meet some.
+fn wrong_triangles(a: &[bool], b: &[bool], exact: &[[u32; 2]]) -> (u64, u64) {
+    let mut truth = (vec![false; a.len()], vec![false; b.len()]);
+    for [i, j] in exact {
+        truth.0[*i as usize] = true;
+        truth.1[*j as usize] = true;
+    }
+    let marks = a.iter().chain(b).zip(truth.0.iter().chain(&truth.1));
+    let mut wrong = (0, 0);
+    for (found, exact) in marks {
+        wrong.0 += u64::from(*found && !exact);
+        wrong.1 += u64::from(!found && *exact);
+    }
+    wrong
+}

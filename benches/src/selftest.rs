@@ -1,0 +1,54 @@
+//! `selftest`: the shared suite where there is no cargo.
+
+use crate::suite::{self, Figure, Outcome};
+
+/// Runs every check with every solver, prints the worst figure of each, and says whether all pass.
+#[must_use]
+pub fn selftest() -> bool {
+    let mut counts = [0_usize; 2];
+    let mut report = |label: &str, outcome: Outcome| {
+        let passes = matches!(&outcome, Ok(figures) if !figures.is_empty() && figures.iter().all(Figure::passes));
+        counts[usize::from(!passes)] += 1;
+        let verdict = if passes { "pass" } else { "FAIL" };
+        match outcome {
+            Ok(figures) => match worst(&figures) {
+                Some(worst) => println!(
+                    "{verdict}  {label}: {} figures, worst {:.3e} of {:.3e} ({})",
+                    figures.len(),
+                    worst.value,
+                    worst.bound,
+                    worst.name
+                ),
+                None => println!("{verdict}  {label}: measured nothing"),
+            },
+            Err(error) => println!("{verdict}  {label}: {error:#}"),
+        }
+    };
+    let solvers = suite::solver::all();
+    for check in suite::DYNAMICS {
+        for solver in solvers.iter().filter(|s| (check.applies)(s.as_ref())) {
+            let label = format!("{} {} {}", check.name, solver.method(), solver.precision());
+            report(&label, (check.run)(solver.as_ref()));
+        }
+    }
+    for (name, check) in suite::OTHERS {
+        report(name, check());
+    }
+    let [passed, failed] = counts;
+    println!("{passed} passed, {failed} failed");
+    failed == 0
+}
+
+/// The figure nearest to its bound, or furthest beyond it.
+fn worst(figures: &[Figure]) -> Option<&Figure> {
+    figures
+        .iter()
+        .max_by(|a, b| closeness(a).total_cmp(&closeness(b)))
+}
+
+fn closeness(figure: &Figure) -> f64 {
+    if figure.bound == 0.0 {
+        return figure.value;
+    }
+    figure.value / figure.bound
+}

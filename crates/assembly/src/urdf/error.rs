@@ -1,0 +1,247 @@
+//! What can be wrong with a URDF file, and where.
+
+use crate::ModelError;
+use core::fmt;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Why a URDF file was refused: where, and what is wrong there.
+#[derive(Debug, Error)]
+#[error("{location}: {problem}")]
+pub struct UrdfError {
+    /// Where in which file.
+    pub location: Location,
+    /// What is wrong, and the remedy.
+    pub problem: Problem,
+}
+
+/// A place in a URDF file. Displays as `file:line: element`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Location {
+    /// The file; none for text that came from elsewhere.
+    pub file: Option<PathBuf>,
+    /// Line, from 1; none where the whole file is meant.
+    pub line: Option<u32>,
+    /// The element, such as ``<limit> of joint `elbow` ``.
+    pub element: String,
+}
+
+/// What is wrong with a URDF file. Every message names the culprit and the remedy.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The file cannot be opened or is not UTF-8 text.
+    #[error("cannot be read: {0}")]
+    Unreadable(std::io::Error),
+    /// The text is not well-formed XML.
+    #[error("is not well-formed XML: {reason}")]
+    NotXml {
+        /// The parser's complaint, with its position.
+        reason: String,
+    },
+    /// The text declares entities, which robots do not need and which can be made to explode.
+    #[error("declares a document type (<!DOCTYPE>), which is not read; remove the declaration")]
+    DocumentType,
+    /// A xacro macro, or an expression of one.
+    #[error("`{found}` is unexpanded xacro; run xacro over the file first and read its output")]
+    Unexpanded {
+        /// The element or expression.
+        found: String,
+    },
+    /// The document is something else.
+    #[error(
+        "the document is not URDF, whose root element is <robot>{}",
+        looks_like.map(|format| format!("; it looks like {format}, so convert it first")).unwrap_or_default()
+    )]
+    NotRobot {
+        /// The format it looks like, where it is a known one.
+        looks_like: Option<&'static str>,
+    },
+    /// An attribute that must be there is missing or empty.
+    #[error("has no attribute `{attribute}`, or an empty one; state it")]
+    MissingAttribute {
+        /// The attribute.
+        attribute: &'static str,
+    },
+    /// An element that must be there is missing.
+    #[error("has no <{child}>; add one")]
+    MissingElement {
+        /// The element, or the choice of elements.
+        child: &'static str,
+    },
+    /// An element that may stand once stands twice.
+    #[error("stands a second time; keep one")]
+    Repeated,
+    /// Text that is no number.
+    #[error("`{text}` in attribute `{attribute}` is not a number")]
+    NotANumber {
+        /// The attribute.
+        attribute: &'static str,
+        /// The text.
+        text: String,
+    },
+    /// NaN, infinity, or a number too large to be represented.
+    #[error("`{text}` in attribute `{attribute}` is not finite; state a number")]
+    NonFinite {
+        /// The attribute.
+        attribute: &'static str,
+        /// The text.
+        text: String,
+    },
+    /// A list of numbers of the wrong length.
+    #[error("attribute `{attribute}` has {found} numbers; it needs {expected}")]
+    WrongCount {
+        /// The attribute.
+        attribute: &'static str,
+        /// How many it must have.
+        expected: usize,
+        /// How many it has.
+        found: usize,
+    },
+    /// A shape of negative size.
+    #[error("attribute `{attribute}` states the negative size {value} m")]
+    NegativeSize {
+        /// The attribute.
+        attribute: &'static str,
+        /// The size \[m\].
+        value: f64,
+    },
+    /// Two links, or two joints, of one name.
+    #[error("its name is taken already, on line {first_line}; rename one of them")]
+    DuplicateName {
+        /// Line of the first, from 1.
+        first_line: u32,
+    },
+    /// A joint that names a link which is not in the file.
+    #[error("names the link `{link}`, which the file does not have; add it or correct the name")]
+    UnknownLink {
+        /// The missing link.
+        link: String,
+    },
+    /// A mimic that names a joint which is not in the file.
+    #[error("names the joint `{joint}`, which the file does not have; add it or correct the name")]
+    UnknownJoint {
+        /// The missing joint.
+        joint: String,
+    },
+    /// A joint of a type that cannot be modelled.
+    #[error(
+        "joints of type `{kind}` are not supported; use revolute, continuous, prismatic, fixed or floating ones (several, with massless links between, make a compound joint)"
+    )]
+    UnsupportedJoint {
+        /// The type.
+        kind: String,
+    },
+    /// A robot without links.
+    #[error("has no links; add at least two and a joint between them")]
+    NoLinks,
+    /// More than one link that no joint carries.
+    #[error(
+        "has {} links that no joint carries: {}; a robot has one root link, so attach the others or put them into files of their own",
+        links.len(),
+        listed(links)
+    )]
+    SeveralRoots {
+        /// The links.
+        links: Vec<String>,
+    },
+    /// A link that two joints carry.
+    #[error(
+        "carries the link `{link}`, which the joint `{other}` on line {other_line} carries already; URDF has no closed loops, so remove one of the joints"
+    )]
+    TwoParents {
+        /// The link.
+        link: String,
+        /// The first joint that carries it.
+        other: String,
+        /// The first joint's line, from 1.
+        other_line: u32,
+    },
+    /// Joints that carry each other.
+    #[error(
+        "the links {} carry each other in a circle; one of them must hang from the root link instead",
+        listed(links)
+    )]
+    Cycle {
+        /// The links on the circle, each carried by the one before.
+        links: Vec<String>,
+    },
+    /// A fixed base and fixed joints only.
+    #[error(
+        "no link moves: all joints are fixed; make one movable, let the base float, or keep fixed joints"
+    )]
+    NothingMoves,
+    /// A base that is to float and has no mass.
+    #[error(
+        "is to float, but neither it nor what is fixed to it has mass; give it mass or read the file with a fixed base"
+    )]
+    MasslessBase,
+    /// The model cannot be: see the inner error.
+    #[error(transparent)]
+    Model(ModelError),
+    /// A mesh file that is nowhere to be found.
+    #[error(
+        "the mesh file `{file}` was not found; looked for {}; add the folder that holds it to the search paths",
+        looked_for(looked)
+    )]
+    MeshNotFound {
+        /// The file name as the URDF states it.
+        file: String,
+        /// Every path tried.
+        looked: Vec<PathBuf>,
+    },
+    /// A mesh at an address that is not a file.
+    #[error(
+        "the mesh `{file}` is neither a package://, model:// or file:// address nor a path; download it and state its path"
+    )]
+    MeshAddress {
+        /// The address.
+        file: String,
+    },
+}
+
+impl UrdfError {
+    /// The same error with its file.
+    pub(super) fn in_file(mut self, file: &Path) -> Self {
+        self.location.file = Some(file.to_owned());
+        self
+    }
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (&self.file, self.line) {
+            (Some(file), Some(line)) => write!(f, "{}:{line}: ", file.display())?,
+            (Some(file), None) => write!(f, "{}: ", file.display())?,
+            (None, Some(line)) => write!(f, "line {line}: ")?,
+            (None, None) => {}
+        }
+        f.write_str(&self.element)
+    }
+}
+
+/// Names in backquotes, ten at most.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 10;
+    let mut text = names
+        .iter()
+        .take(SHOWN)
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ");
+    if names.len() > SHOWN {
+        text += &format!(" and {} more", names.len() - SHOWN);
+    }
+    text
+}
+
+fn looked_for(paths: &[PathBuf]) -> String {
+    if paths.is_empty() {
+        return "nowhere, as text without a file has no folder".to_owned();
+    }
+    let paths: Vec<_> = paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    paths.join(", ")
+}

@@ -1,0 +1,112 @@
+//! Joints: what they connect and how it may move.
+
+use super::xml::Reader;
+use super::{Problem, UrdfError};
+use crate::{JointKind, JointLimits};
+use glam::DVec3;
+use roxmltree::Node;
+use vertebra_spatial::Pose;
+
+/// A joint as the file states it.
+pub(super) struct Joint<'n> {
+    pub(super) name: &'n str,
+    pub(super) line: u32,
+    pub(super) kind: JointKind,
+    pub(super) parent: &'n str,
+    pub(super) child: &'n str,
+    /// The joint and child frame, seen from the parent link's.
+    pub(super) origin: Pose,
+    pub(super) limits: Option<JointLimits>,
+    pub(super) damping: f64,
+    pub(super) friction: f64,
+    pub(super) mimic: Option<Mimic<'n>>,
+}
+
+/// A joint that follows another.
+pub(super) struct Mimic<'n> {
+    pub(super) joint: &'n str,
+    pub(super) line: u32,
+    pub(super) multiplier: f64,
+    pub(super) offset: f64,
+}
+
+impl<'n> Joint<'n> {
+    pub(super) fn read<'a>(reader: &mut Reader<'a>, node: Node<'n, 'a>) -> Result<Self, UrdfError> {
+        let name = reader.text(node, "name")?;
+        let kind = reader.text(node, "type")?;
+        let names = [
+            "parent", "child", "origin", "axis", "limit", "dynamics", "mimic",
+        ];
+        let [parent, child, origin, axis, limit, dynamics, mimic] = reader.only(node, names)?;
+        let axis_of = |reader: &Reader<'a>| {
+            let stated = axis.map(|axis| reader.optional_vector(axis, "xyz"));
+            Ok(stated.transpose()?.flatten().unwrap_or(DVec3::X))
+        };
+        let mut joint = Self {
+            name,
+            line: reader.line(node),
+            kind: match kind {
+                "revolute" | "continuous" => JointKind::Revolute {
+                    axis: axis_of(reader)?,
+                },
+                "prismatic" => JointKind::Prismatic {
+                    axis: axis_of(reader)?,
+                },
+                "fixed" => JointKind::Fixed,
+                "floating" => JointKind::Free,
+                _ => {
+                    let kind = kind.to_owned();
+                    return Err(reader.error(node, Problem::UnsupportedJoint { kind }));
+                }
+            },
+            parent: reader.text(reader.needed(node, "parent", parent)?, "link")?,
+            child: reader.text(reader.needed(node, "child", child)?, "link")?,
+            origin: reader.placement(origin)?,
+            limits: None,
+            damping: 0.0,
+            friction: 0.0,
+            mimic: None,
+        };
+        if let JointKind::Fixed | JointKind::Free = joint.kind {
+            for node in [axis, limit, dynamics, mimic].into_iter().flatten() {
+                reader.ignore(node);
+            }
+            return Ok(joint);
+        }
+        if let Some(limit) = limit {
+            joint.limits = Some(read_limits(reader, limit, kind == "continuous")?);
+        }
+        if let Some(dynamics) = dynamics {
+            let number = |attribute| reader.optional_number(dynamics, attribute);
+            joint.damping = number("damping")?.unwrap_or(0.0);
+            joint.friction = number("friction")?.unwrap_or(0.0);
+        }
+        if let Some(mimic) = mimic {
+            joint.mimic = Some(Mimic {
+                joint: reader.text(mimic, "joint")?,
+                line: reader.line(mimic),
+                multiplier: reader.optional_number(mimic, "multiplier")?.unwrap_or(1.0),
+                offset: reader.optional_number(mimic, "offset")?.unwrap_or(0.0),
+            });
+        }
+        Ok(joint)
+    }
+}
+
+/// A bound left out is zero where the other one is stated; without both there is no range.
+fn read_limits<'a>(
+    reader: &Reader<'a>,
+    node: Node<'_, 'a>,
+    continuous: bool,
+) -> Result<JointLimits, UrdfError> {
+    let number = |attribute| reader.optional_number(node, attribute);
+    let position = match (number("lower")?, number("upper")?) {
+        (None, None) => None,
+        (lower, upper) => Some([lower.unwrap_or(0.0), upper.unwrap_or(0.0)]),
+    };
+    Ok(JointLimits {
+        position: position.filter(|_| !continuous),
+        velocity: number("velocity")?,
+        effort: number("effort")?,
+    })
+}

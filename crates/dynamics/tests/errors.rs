@@ -1,0 +1,250 @@
+//! Bad input ends in an error that names the culprit, and leaves everything as it was.
+
+#![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
+
+use glam::DVec3;
+use vertebra_assembly::{
+    BodyId, Joint, MassProperties, Model, ModelDescription, ModelError, State, generate,
+};
+use vertebra_dynamics::{
+    Error, Forces, Precision, Simulation, Workspace, Wrench, aba, crba, crba_forward_dynamics,
+    forward_kinematics, joint_wrenches, mechanics, residual, rnea,
+};
+use vertebra_spatial::Pose;
+
+fn chain(count: usize) -> Model {
+    generate::random_chain(count, &generate::Rod::default(), 3).unwrap()
+}
+
+/// Every function that takes a state, forces and a workspace.
+fn all(model: &Model, state: &State, forces: &Forces, w: &mut Workspace) -> Vec<Option<Error>> {
+    let qdd = vec![0.0; model.dof_count()];
+    vec![
+        aba(model, state, forces, w).err(),
+        rnea(model, state, &qdd, forces, w).err(),
+        crba_forward_dynamics(model, state, forces, w).err(),
+    ]
+}
+
+#[test]
+fn states_that_do_not_fit() {
+    let model = chain(4);
+    let forces = Forces::none(&model);
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let good = State::random(&model, 1);
+    let broken: [fn(&mut State); 5] = [
+        |s| s.q.truncate(3),
+        |s| s.qd.push(0.0),
+        |s| s.q[2] = f64::NAN,
+        |s| s.qd[3] = f64::INFINITY,
+        |s| s.time = f64::NAN,
+    ];
+    for break_it in broken {
+        let mut state = good.clone();
+        break_it(&mut state);
+        for error in all(&model, &state, &forces, &mut workspace) {
+            assert!(matches!(error, Some(Error::Model(_))), "{error:?}");
+        }
+        assert!(forward_kinematics(&model, &state, &mut workspace).is_err());
+        assert!(crba(&model, &state, &mut workspace).is_err());
+        assert!(mechanics(&model, &state, &mut workspace).is_err());
+    }
+    let mut state = good;
+    state.q[2] = f64::NAN;
+    let message = aba(&model, &state, &forces, &mut workspace)
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("body-2"), "{message}");
+}
+
+#[test]
+fn quaternions_that_are_none() {
+    let model = generate::chain(2, &Joint::spherical(), &generate::Rod::default()).unwrap();
+    let mut state = State::neutral(&model);
+    state.q[4..8].fill(0.0);
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let error = aba(&model, &state, &Forces::none(&model), &mut workspace).unwrap_err();
+    assert!(matches!(
+        error,
+        Error::Model(ModelError::NonUnitQuaternion { ref element, .. }) if element == "body-1"
+    ));
+}
+
+#[test]
+fn forces_that_do_not_fit() {
+    let model = chain(4);
+    let state = State::random(&model, 1);
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let body = model.last_body();
+    let nan = [f64::NAN, 0.0, 0.0];
+    let broken: [&dyn Fn(&mut Forces); 6] = [
+        &|f| f.joint.truncate(1),
+        &|f| f.joint[1] = f64::NEG_INFINITY,
+        &|f| f.push(body, Wrench::at_center(nan)),
+        &|f| f.push(body, Wrench::at_point([0.0; 3], nan)),
+        &|f| f.push(body, Wrench::at_center([0.0; 3]).with_torque(nan)),
+        &|f| f.push(BodyId(4), Wrench::at_center([0.0; 3])),
+    ];
+    for break_it in broken {
+        let mut forces = Forces::none(&model);
+        break_it(&mut forces);
+        for error in all(&model, &state, &forces, &mut workspace) {
+            let error = error.expect("refused").to_string();
+            assert!(
+                error.contains("body-")
+                    || error.contains("joint forces")
+                    || error.contains("number 4"),
+                "{error}"
+            );
+        }
+    }
+    let qdd = [0.0, f64::NAN, 0.0, 0.0];
+    let forces = Forces::none(&model);
+    let error = rnea(&model, &state, &qdd, &forces, &mut workspace).unwrap_err();
+    assert!(error.to_string().contains("body-1"), "{error}");
+    assert!(rnea(&model, &state, &qdd[..3], &forces, &mut workspace).is_err());
+}
+
+#[test]
+fn workspaces_of_other_models_and_results_not_computed() {
+    let (model, other) = (chain(4), chain(4));
+    let state = State::random(&model, 1);
+    let forces = Forces::none(&model);
+    let mut workspace = Workspace::new(&other, Precision::F32);
+    for error in all(&model, &state, &forces, &mut workspace) {
+        assert!(matches!(error, Some(Error::WrongWorkspace { .. })));
+    }
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let body = model.last_body();
+    let missing = |error: Option<Error>| matches!(error, Some(Error::NotComputed { .. }));
+    assert!(missing(workspace.pose(body).err()));
+    assert!(missing(workspace.velocity(body).err()));
+    assert!(missing(workspace.acceleration(body).err()));
+    assert!(missing(workspace.joint_accelerations().err()));
+    assert!(missing(joint_wrenches(&mut workspace).err()));
+    aba(&model, &state, &forces, &mut workspace).unwrap();
+    assert!(missing(workspace.joint_wrench(body).err()));
+    assert!(missing(residual(&model, &state, &forces, &workspace).err()));
+    assert!(workspace.acceleration(body).is_ok());
+    assert!(matches!(
+        workspace.acceleration(BodyId(9)),
+        Err(Error::UnknownBody { body: 9, .. })
+    ));
+    // What a failed call was about to replace is not offered as its result.
+    let mut bad = state.clone();
+    bad.q[0] = 1e300;
+    bad.qd[0] = 1e300;
+    assert!(matches!(
+        aba(&model, &bad, &forces, &mut workspace),
+        Err(Error::Overflow { .. })
+    ));
+    assert!(missing(workspace.joint_accelerations().err()));
+}
+
+/// Two hinges about one axis with nothing between them: nothing says which of them turns.
+fn doubled_hinge(inertia_between: f64) -> Model {
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
+    let between = MassProperties {
+        inertia: glam::DMat3::from_diagonal(DVec3::splat(inertia_between)),
+        ..MassProperties::MASSLESS
+    };
+    let hinge = || Joint::revolute(DVec3::X);
+    ModelDescription::new("doubled")
+        .body("frame", None, Joint::revolute(DVec3::Y), rod)
+        .body(
+            "between",
+            Some("frame"),
+            hinge().at(Pose::from_translation(DVec3::Z)),
+            between,
+        )
+        .body("end", Some("between"), hinge(), rod)
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn singular_joints_are_named() {
+    for (precision, vanishing) in [(Precision::F64, 1e-17), (Precision::F32, 1e-9)] {
+        for inertia in [0.0, vanishing] {
+            let model = doubled_hinge(inertia);
+            for seed in 0..20 {
+                let state = State::random(&model, seed);
+                let mut workspace = Workspace::new(&model, precision);
+                let error = aba(&model, &state, &Forces::none(&model), &mut workspace);
+                assert!(
+                    matches!(error, Err(Error::SingularJoint { ref body }) if body == "between"),
+                    "{precision} {inertia:e}: {error:?}"
+                );
+            }
+        }
+    }
+    // Enough inertia, and it can be solved.
+    let model = doubled_hinge(1e-9);
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let state = State::random(&model, 1);
+    aba(&model, &state, &Forces::none(&model), &mut workspace).unwrap();
+}
+
+#[test]
+fn a_mass_matrix_that_cannot_be_factored_is_refused() {
+    let model = doubled_hinge(0.0);
+    let state = State::random(&model, 2);
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let outcome = crba_forward_dynamics(&model, &state, &Forces::none(&model), &mut workspace);
+    // Rounding may leave the vanishing pivot slightly positive; then ABA is the one to tell.
+    if let Err(error) = outcome {
+        assert!(
+            matches!(error, Error::SingularMassMatrix { dofs: 3, .. }),
+            "{error:?}"
+        );
+    }
+}
+
+#[test]
+fn a_dense_matrix_too_large_is_refused() {
+    let model = chain(32_769);
+    let mut workspace = Workspace::new(&model, Precision::F32);
+    let state = State::neutral(&model);
+    assert!(matches!(
+        crba(&model, &state, &mut workspace),
+        Err(Error::DenseTooLarge { dofs: 32_769, .. })
+    ));
+}
+
+#[test]
+fn a_failed_step_leaves_the_state_as_it_was() {
+    let model = chain(8);
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    simulation.set_state(State::random(&model, 5)).unwrap();
+    let before = simulation.state().clone();
+    assert!(matches!(
+        simulation.step(f64::NAN),
+        Err(Error::NonFiniteInput { .. })
+    ));
+    assert_eq!(*simulation.state(), before);
+
+    // A force beyond all measure.
+    simulation
+        .forces_mut()
+        .push(model.last_body(), Wrench::at_center([1e308; 3]));
+    simulation
+        .forces_mut()
+        .push(model.last_body(), Wrench::at_center([1e308; 3]));
+    let error = simulation.step(1e-3).unwrap_err();
+    assert!(matches!(error, Error::Overflow { .. }), "{error:?}");
+    assert_eq!(*simulation.state(), before);
+
+    // And it goes on when the cause is gone.
+    simulation.forces_mut().clear_external();
+    simulation.step(1e-3).unwrap();
+    assert!(simulation.state().time > before.time);
+
+    // A step so long that it overflows.
+    let before = simulation.state().clone();
+    assert!(simulation.step(1e308).is_err());
+    assert_eq!(*simulation.state(), before);
+    let mut other = State::neutral(&model);
+    other.q.pop();
+    assert!(simulation.set_state(other).is_err());
+    assert_eq!(*simulation.state(), before);
+}

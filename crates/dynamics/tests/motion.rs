@@ -1,0 +1,322 @@
+//! Motion in time: conservation, order of convergence, closed forms, kinematics against differences.
+
+#![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
+
+use glam::{DMat3, DQuat, DVec3};
+use vertebra_assembly::generate::{self, RandomTree, Rod};
+use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, State};
+use vertebra_dynamics::{
+    Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba, forward_kinematics,
+};
+use vertebra_spatial::Pose;
+
+fn simulation(model: &Model, state: &State, integrator: Integrator) -> Simulation {
+    let mut simulation = Simulation::new(model.clone())
+        .unwrap()
+        .with_integrator(integrator);
+    simulation.set_state(state.clone()).unwrap();
+    simulation
+}
+
+/// A tree with every kind of joint, floating, without gravity.
+fn floating_tree(gravity: DVec3) -> (Model, State) {
+    let tree = RandomTree {
+        floating: true,
+        ..RandomTree::mixed(14)
+    };
+    let mut description = generate::random_tree(&tree, 4).unwrap().describe();
+    description.gravity = gravity;
+    let model = description.build().unwrap();
+    let state = State::random(&model, 9);
+    (model, state)
+}
+
+#[test]
+fn a_pendulum_swings_with_the_period_of_the_elliptic_integral() {
+    let rod = MassProperties::rod(2.0, 1.0, 0.01);
+    let model = ModelDescription::new("pendulum")
+        .body("rod", None, Joint::revolute(DVec3::X), rod)
+        .build()
+        .unwrap();
+    // From rest at 90 degrees to hanging and back: T = 4 sqrt(I / (m g l)) K(sin(pi/4)).
+    let about_pivot = rod.about(DVec3::ZERO).x_axis.x;
+    let complete_elliptic = 1.854_074_677_301_371_9;
+    let period = 4.0 * (about_pivot / (2.0 * 9.81 * 0.5)).sqrt() * complete_elliptic;
+    let mut state = State::neutral(&model);
+    state.q[0] = 0.5 * core::f64::consts::PI;
+    let mut simulation = simulation(&model, &state, Integrator::RungeKutta4);
+    let steps = 2000;
+    for _ in 0..steps {
+        simulation.step(period / f64::from(steps)).unwrap();
+    }
+    let h = period / f64::from(steps);
+    assert!((simulation.state().q[0] - state.q[0]).abs() < 10.0 * h.powi(4));
+    assert!(simulation.state().qd[0].abs() < 100.0 * h.powi(4));
+}
+
+#[test]
+fn orders_of_convergence() {
+    let (model, start) = floating_tree(DVec3::new(0.0, 0.0, -9.81));
+    let time = 0.04;
+    let end = |integrator, steps: u32| {
+        let mut simulation = simulation(&model, &start, integrator);
+        for _ in 0..steps {
+            simulation.step(time / f64::from(steps)).unwrap();
+        }
+        let state = simulation.state();
+        [state.q.clone(), state.qd.clone()].concat()
+    };
+    let exact = end(Integrator::RungeKutta4, 1024);
+    let error = |integrator, steps| {
+        end(integrator, steps)
+            .iter()
+            .zip(&exact)
+            .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()))
+    };
+    for (integrator, order) in [
+        (Integrator::SemiImplicitEuler, 1.0),
+        (Integrator::RungeKutta4, 4.0),
+    ] {
+        let slope = (error(integrator, 16) / error(integrator, 64)).log2() / 2.0;
+        assert!(
+            (slope - order).abs() < 0.35,
+            "{integrator:?}: order {slope}"
+        );
+    }
+}
+
+#[test]
+fn momentum_and_energy_are_conserved() {
+    let (model, state) = floating_tree(DVec3::ZERO);
+    let mut simulation = simulation(&model, &state, Integrator::RungeKutta4);
+    let before = simulation.mechanics().unwrap();
+    let h = 1e-3;
+    for _ in 0..500 {
+        simulation.step(h).unwrap();
+    }
+    let after = simulation.mechanics().unwrap();
+    // Energy drifts with the method's error, rates of up to about 30 rad/s to the fifth power.
+    let drift = (after.kinetic_energy - before.kinetic_energy).abs() / before.kinetic_energy;
+    assert!(drift < 1e-6, "energy {drift:e}");
+    let linear = (after.linear_momentum - before.linear_momentum).length();
+    assert!(
+        linear < 1e-6 * before.linear_momentum.length(),
+        "linear {linear:e}"
+    );
+    let angular = (after.angular_momentum - before.angular_momentum).length();
+    assert!(
+        angular < 1e-6 * before.angular_momentum.length(),
+        "angular {angular:e}"
+    );
+    // The centre of mass moves uniformly.
+    let moved = after.center - before.center - before.linear_momentum / before.mass * 0.5;
+    assert!(moved.length() < 1e-6, "centre {moved}");
+}
+
+#[test]
+fn power_of_the_forces_is_the_rate_of_the_energy() {
+    let (model, state) = floating_tree(DVec3::new(1.0, 2.0, -9.81));
+    let mut simulation = simulation(&model, &state, Integrator::RungeKutta4);
+    for dof in 0..model.dof_count() {
+        simulation.forces_mut().joint[dof] = (dof as f64).sin();
+    }
+    let wrench = Wrench::at_point([1.0, -2.0, 3.0], [0.1, 0.2, 0.3]).with_torque([0.5, 0.0, -0.5]);
+    simulation.forces_mut().push(model.last_body(), wrench);
+    let power: f64 = {
+        let joint = &simulation.forces().joint;
+        let joints: f64 = joint.iter().zip(&state.qd).map(|(tau, qd)| tau * qd).sum();
+        let mut workspace = Workspace::new(&model, Precision::F64);
+        forward_kinematics(&model, &state, &mut workspace).unwrap();
+        let v = workspace.velocity(model.last_body()).unwrap();
+        let pose = workspace.pose(model.last_body()).unwrap();
+        let (w, origin) = (v.angular.to_glam(), v.linear.to_glam());
+        let at_point = origin + w.cross(pose.rotation * wrench.point.unwrap());
+        joints + wrench.force.dot(at_point) + wrench.torque.dot(w)
+    };
+    let mut energy_after = |h: f64| {
+        simulation.set_state(state.clone()).unwrap();
+        simulation.step(h).unwrap();
+        let sums = simulation.mechanics().unwrap();
+        sums.kinetic_energy + sums.potential_energy
+    };
+    let h = 1e-4;
+    // Central difference: error h^2 times the third derivative of the energy.
+    let rate = (energy_after(h) - energy_after(-h)) / (2.0 * h);
+    assert!(
+        (rate - power).abs() < 1e-4 * power.abs().max(1.0),
+        "{rate} against {power}"
+    );
+}
+
+#[test]
+fn velocities_and_accelerations_are_the_derivatives_of_poses() {
+    let (model, state) = floating_tree(DVec3::new(0.0, 0.0, -9.81));
+    let forces = Forces::none(&model);
+    let mut simulation = simulation(&model, &state, Integrator::RungeKutta4);
+    let h = 1e-4;
+    let mut at = |h: f64| -> Vec<(Pose, DVec3, DVec3)> {
+        simulation.set_state(state.clone()).unwrap();
+        simulation.step(h).unwrap();
+        let mut workspace = Workspace::new(&model, Precision::F64);
+        forward_kinematics(&model, simulation.state(), &mut workspace).unwrap();
+        model
+            .body_ids()
+            .map(|id| {
+                let v = workspace.velocity(id).unwrap();
+                (
+                    workspace.pose(id).unwrap(),
+                    v.angular.to_glam(),
+                    v.linear.to_glam(),
+                )
+            })
+            .collect()
+    };
+    let (before, now, after) = (at(-h), at(0.0), at(h));
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    aba(&model, &state, &forces, &mut workspace).unwrap();
+    for (i, id) in model.body_ids().enumerate() {
+        let difference =
+            |f: &dyn Fn(&(Pose, DVec3, DVec3)) -> DVec3| (f(&after[i]) - f(&before[i])) / (2.0 * h);
+        let velocity = difference(&|s| s.0.translation);
+        // Errors h^2 times third derivatives, which reach 1e4 here, and eps / h.
+        assert!((velocity - now[i].2).length() < 1e-3, "velocity of {i}");
+        let spin = (after[i].0.rotation * before[i].0.rotation.conjugate()).to_scaled_axis();
+        assert!((spin / (2.0 * h) - now[i].1).length() < 1e-3, "spin of {i}");
+        let acceleration = workspace.acceleration(id).unwrap();
+        let scale = acceleration.linear.length() + acceleration.angular.length() + 1.0;
+        let linear = difference(&|s| s.2) - acceleration.linear.to_glam();
+        assert!(
+            linear.length() < 1e-4 * scale,
+            "acceleration of {i}: {linear}"
+        );
+        let angular = difference(&|s| s.1) - acceleration.angular.to_glam();
+        assert!(
+            angular.length() < 1e-4 * scale,
+            "angular acceleration of {i}: {angular}"
+        );
+    }
+}
+
+/// The same mechanism described in other frames, units or order moves the same way.
+#[test]
+fn descriptions_do_not_matter() {
+    let (model, state) = floating_tree(DVec3::new(0.0, 0.0, -9.81));
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let forces = Forces::none(&model);
+    let qdd = aba(&model, &state, &forces, &mut workspace)
+        .unwrap()
+        .to_vec();
+
+    // Body frames moved: only child placements and what is given in body frames change.
+    let mut description = model.describe();
+    let shift = Pose::new(
+        DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5)),
+        DVec3::new(0.2, 0.1, -0.4),
+    );
+    for body in &mut description.bodies {
+        body.mass = body.mass.placed(&shift);
+        body.joint.child_placement = shift * body.joint.child_placement;
+        if body.parent.is_some() {
+            body.joint.parent_placement = shift * body.joint.parent_placement;
+        }
+    }
+    let moved = description.build().unwrap();
+    let mut workspace = Workspace::new(&moved, Precision::F64);
+    let other = aba(&moved, &state, &forces, &mut workspace).unwrap();
+    let largest = qdd.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    // A different route through rounding: condition of a 14-body tree below 1e6.
+    for (a, b) in qdd.iter().zip(other) {
+        assert!((a - b).abs() <= 1e6 * f64::EPSILON * largest);
+    }
+}
+
+/// Model units are powers of two, so a model a million times smaller and lighter moves alike, bit for
+/// bit, in both precisions; in plain SI its f32 solution would underflow.
+#[test]
+fn small_models_lose_nothing() {
+    let scale = 2.0_f64.powi(-30);
+    let molecule = |mass: f64, length: f64| {
+        let body = |m: f64| MassProperties {
+            mass: m * mass,
+            center: DVec3::new(0.1, 0.2, 0.3) * length,
+            inertia: DMat3::from_diagonal(DVec3::new(0.5, 0.6, 0.7)) * (m * mass * length * length),
+        };
+        let joint = |axis| Joint::revolute(axis).at(Pose::from_translation(DVec3::Z * length));
+        ModelDescription::new("molecule")
+            .gravity(DVec3::ZERO)
+            .body("a", None, Joint::free(), body(1.0))
+            .body("b", Some("a"), joint(DVec3::X), body(2.0))
+            .body("c", Some("b"), joint(DVec3::Y), body(0.5))
+            .build()
+            .unwrap()
+    };
+    let (big, small) = (molecule(1.0, 1.0), molecule(2.0_f64.powi(-86), scale));
+    let mut state = State::random(&big, 3);
+    for precision in [Precision::F64, Precision::F32] {
+        state = State::random(&big, 3);
+        let mut workspace = Workspace::new(&big, precision);
+        let qdd = aba(&big, &state, &Forces::none(&big), &mut workspace)
+            .unwrap()
+            .to_vec();
+        for coordinate in 0..3 {
+            state.q[coordinate] *= scale;
+            state.qd[3 + coordinate] *= scale;
+        }
+        let mut workspace = Workspace::new(&small, precision);
+        let small_qdd = aba(&small, &state, &Forces::none(&small), &mut workspace).unwrap();
+        for (dof, (a, b)) in qdd.iter().zip(small_qdd).enumerate() {
+            let linear = (3..6).contains(&dof);
+            assert_eq!(
+                a * if linear { scale } else { 1.0 },
+                *b,
+                "{precision} dof {dof}"
+            );
+        }
+    }
+    assert_eq!(state.q.len(), 9);
+}
+
+/// Bodies that do not move against each other are one body.
+#[test]
+fn fixed_joints_weld() {
+    let rod = Rod::default();
+    let mass = MassProperties::rod(rod.mass, rod.length, rod.radius);
+    let tip = Pose::new(
+        DQuat::from_scaled_axis(DVec3::new(0.4, 0.1, 0.0)),
+        DVec3::new(0.0, 0.0, rod.length),
+    );
+    let apart = ModelDescription::new("apart")
+        .body("a", None, Joint::spherical(), mass)
+        .body("b", Some("a"), Joint::fixed().at(tip), mass)
+        .body("c", Some("b"), Joint::revolute(DVec3::Y).at(tip), mass)
+        .build()
+        .unwrap();
+    let welded = ModelDescription::new("welded")
+        .body(
+            "ab",
+            None,
+            Joint::spherical(),
+            mass.combined(&mass.placed(&tip)),
+        )
+        .body(
+            "c",
+            Some("ab"),
+            Joint::revolute(DVec3::Y).at(tip * tip),
+            mass,
+        )
+        .build()
+        .unwrap();
+    for seed in 0..20 {
+        let state = State::random(&apart, seed);
+        let [a, b] = [&apart, &welded].map(|model| {
+            let mut workspace = Workspace::new(model, Precision::F64);
+            aba(model, &state, &Forces::none(model), &mut workspace)
+                .unwrap()
+                .to_vec()
+        });
+        let largest = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() <= 1e4 * f64::EPSILON * largest);
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! After the first step nothing is allocated.
+
+#![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
+
+use vertebra_assembly::generate::{self, RandomTree};
+use vertebra_assembly::{Model, State};
+use vertebra_dynamics::{Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba, rnea};
+
+fn tree() -> Model {
+    let tree = RandomTree {
+        floating: true,
+        ..RandomTree::mixed(200)
+    };
+    generate::random_tree(&tree, 11).unwrap()
+}
+
+#[test]
+fn steps_allocate_nothing() {
+    let model = tree();
+    for precision in [Precision::F64, Precision::F32] {
+        for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+            let mut simulation = Simulation::new(model.clone())
+                .unwrap()
+                .with_integrator(integrator)
+                .with_precision(precision);
+            simulation.set_state(State::random(&model, 2)).unwrap();
+            simulation
+                .forces_mut()
+                .push(model.last_body(), Wrench::at_center([1.0, 0.0, 0.0]));
+            simulation.step(1e-4).unwrap();
+            let count = allocation_counter::measure(|| {
+                for _ in 0..10 {
+                    simulation.step(1e-4).unwrap();
+                    simulation.pose(model.last_body()).unwrap();
+                }
+            });
+            assert_eq!(count.count_total, 0, "{precision} {integrator:?}");
+        }
+    }
+}
+
+#[test]
+fn algorithms_allocate_nothing() {
+    let model = tree();
+    let (state, forces) = (State::random(&model, 1), Forces::none(&model));
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let qdd = aba(&model, &state, &forces, &mut workspace)
+        .unwrap()
+        .to_vec();
+    let count = allocation_counter::measure(|| {
+        aba(&model, &state, &forces, &mut workspace).unwrap();
+        rnea(&model, &state, &qdd, &forces, &mut workspace).unwrap();
+    });
+    assert_eq!(count.count_total, 0);
+    // The counter counts.
+    assert_ne!(
+        allocation_counter::measure(|| drop(qdd.clone())).count_total,
+        0
+    );
+}
