@@ -24,7 +24,11 @@ pub enum Command {
     /// Judge one run against another, row by row.
     Compare(CompareArgs),
     /// Run the test suite that every solver passes.
-    Selftest,
+    Selftest {
+        /// Print every figure, not only the one nearest to its bound.
+        #[arg(long)]
+        figures: bool,
+    },
     /// Write a scenario's inputs for other tools.
     Export(ExportArgs),
 }

@@ -4,6 +4,7 @@ use crate::cli::ExportArgs;
 use crate::results::write_atomically;
 use crate::scenario::{chain, meshes};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use vertebra::collision::RelativePose;
 use vertebra::{Forces, Model, Pose, State, TriangleMesh};
 
@@ -50,18 +51,22 @@ pub fn export(arguments: &ExportArgs) -> anyhow::Result<()> {
         }
         return Ok(());
     }
+    let mut files = BTreeMap::new();
     for subject in meshes::subjects()? {
+        // The cup takes part twice, in the same place.
         let (first, second) = subject.scenario.split_once(" x ").unwrap_or(("a", "b"));
-        write(
+        files.insert(
             format!("{first}.obj"),
-            posed_obj(&subject.a, &Pose::IDENTITY)?.as_bytes(),
-        )?;
-        write(
+            posed_obj(&subject.a, &Pose::IDENTITY)?,
+        );
+        files.insert(
             format!("{second}.obj"),
-            posed_obj(&subject.b, &subject.pose_b)?.as_bytes(),
-        )?;
+            posed_obj(&subject.b, &subject.pose_b)?,
+        );
     }
-    Ok(())
+    files
+        .into_iter()
+        .try_for_each(|(name, text)| write(name, text.as_bytes()))
 }
 
 fn case<'a>(state: &'a State, forces: &'a Forces) -> Case<'a> {

@@ -6,13 +6,14 @@ use crate::scenario::model::Subject;
 use serde::Serialize;
 use std::path::Path;
 use vertebra::generate::{self, Rod};
-use vertebra::{Precision, Simulation};
+use vertebra::{Integrator, Precision, Simulation};
 
 /// Length of the motion and time between frames \[s\].
 const DURATION: f64 = 2.0;
 const FRAME: f64 = 0.02;
-/// Steps between two frames: 0.2 ms each.
-const STEPS: usize = 100;
+/// Steps between two frames: 50 us each, Runge-Kutta. Long chains whip: a chain of 64 rods of 1 m from a
+/// random state overflows after 1.6 s under semi-implicit Euler with steps of 200 us.
+const STEPS: usize = 400;
 /// Bodies of the chain that moves when no model is given.
 const CHAIN: usize = 128;
 
@@ -54,7 +55,9 @@ pub fn write_frames(
         }
     };
     let (state, forces) = &subject.inputs[0];
-    let mut simulation = subject.simulation(Precision::F64, state, forces)?;
+    let mut simulation = subject
+        .simulation(Precision::F64, state, forces)?
+        .with_integrator(Integrator::RungeKutta4);
     let mut frames = vec![frame(&mut simulation)?];
     while simulation.state().time < DURATION && !interrupt.requested() {
         for _ in 0..STEPS {
@@ -76,6 +79,13 @@ pub fn write_frames(
     };
     write_atomically(path, &serde_json::to_vec(&file)?)?;
     println!("wrote {}: {} frames", path.display(), file.frames.len());
+    if let (Some(first), Some(last)) = (file.frames.first(), file.frames.last()) {
+        // The force on one body does work, so this is a plausibility check, not an error.
+        println!(
+            "  energy {:.6} J at the start, {:.6} J at the end",
+            first.energy, last.energy
+        );
+    }
     Ok(())
 }
 

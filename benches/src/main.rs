@@ -14,7 +14,7 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Bench(arguments) => run::bench(&arguments),
         Command::Compare(arguments) => judge(&arguments),
-        Command::Selftest => Ok(selftest::selftest()),
+        Command::Selftest { figures } => Ok(selftest::selftest(figures)),
         Command::Export(arguments) => export::export(&arguments).map(|()| true),
     };
     match outcome {

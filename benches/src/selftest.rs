@@ -2,14 +2,20 @@
 
 use crate::suite::{self, Figure, Outcome};
 
-/// Runs every check with every solver, prints the worst figure of each, and says whether all pass.
+/// Runs every check with every solver, prints the worst figure of each, or all of them, and says
+/// whether all pass.
 #[must_use]
-pub fn selftest() -> bool {
+pub fn selftest(all_figures: bool) -> bool {
     let mut counts = [0_usize; 2];
     let mut report = |label: &str, outcome: Outcome| {
         let passes = matches!(&outcome, Ok(figures) if !figures.is_empty() && figures.iter().all(Figure::passes));
         counts[usize::from(!passes)] += 1;
         let verdict = if passes { "pass" } else { "FAIL" };
+        if let (true, Ok(figures)) = (all_figures, &outcome) {
+            for Figure { name, value, bound } in figures {
+                println!("      {label}: {value:.3e} of {bound:.3e} ({name})");
+            }
+        }
         match outcome {
             Ok(figures) => match worst(&figures) {
                 Some(worst) => println!(

@@ -29,6 +29,12 @@ impl Color {
         let darker = |channel: u8| channel / 4 * 3;
         Self(darker(self.0), darker(self.1), darker(self.2))
     }
+
+    /// The colour mixed with white, for what stands behind the data.
+    pub(super) fn pale(self) -> Self {
+        let paler = |channel: u8| u8::MAX - (u8::MAX - channel) / 5 * 2;
+        Self(paler(self.0), paler(self.1), paler(self.2))
+    }
 }
 
 /// The form of a data point.

@@ -152,7 +152,7 @@ impl Frame {
         );
         figure.text(
             (MARGIN, f64::from(height) - 20.0),
-            &titles.remark,
+            &fit(&titles.remark, SMALL, false, across),
             SMALL,
             MUTED,
             Align::Left,
@@ -194,13 +194,26 @@ impl Frame {
         }
     }
 
-    /// Draws vertical grid lines at the given places and the labels below them; a label that would
-    /// touch the one before is left out.
+    /// Draws vertical grid lines at the given places and the labels below them.
     pub(super) fn horizontal_ticks(&mut self, ticks: &[(f64, String)]) {
+        for (x, _) in ticks {
+            self.vertical_line(*x);
+        }
+        self.labels_below(ticks);
+    }
+
+    /// Draws a vertical grid line.
+    pub(super) fn vertical_line(&mut self, x: f64) {
         let Rect { top, bottom, .. } = self.area;
+        self.figure.line(&[(x, top), (x, bottom)], GRID, 1.0);
+    }
+
+    /// Draws labels below the data, centred at the given places; a label that would touch the one
+    /// before is left out.
+    pub(super) fn labels_below(&mut self, labels: &[(f64, String)]) {
+        let bottom = self.area.bottom;
         let mut free = f64::NEG_INFINITY;
-        for (x, label) in ticks {
-            self.figure.line(&[(*x, top), (*x, bottom)], GRID, 1.0);
+        for (x, label) in labels {
             let half = 0.5 * text_width(label, LABEL, false);
             if x - half >= free {
                 self.figure
@@ -230,17 +243,19 @@ impl Frame {
         }
     }
 
-    /// Draws a bar between two points on one upright or level line, with end marks across it.
+    /// Draws a bar between two points on one upright or level line, with end marks across it: pale,
+    /// as the slowest sample tells of the machine more than of the method.
     pub(super) fn bar(&mut self, from: Point, to: Point, color: Color) {
-        self.figure.line(&[from, to], color, 1.5);
+        let color = color.pale();
+        self.figure.line(&[from, to], color, 1.0);
         let (dx, dy) = if from.0 == to.0 {
-            (4.0, 0.0)
+            (3.0, 0.0)
         } else {
-            (0.0, 4.0)
+            (0.0, 3.0)
         };
         for (x, y) in [from, to] {
             self.figure
-                .line(&[(x - dx, y - dy), (x + dx, y + dy)], color, 1.5);
+                .line(&[(x - dx, y - dy), (x + dx, y + dy)], color, 1.0);
         }
     }
 }

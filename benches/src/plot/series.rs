@@ -1,4 +1,4 @@
-//! Rows as series: one colour and marker for each method, precision and way of running.
+//! Rows as series: a colour for each method, a marker for each precision and way of running it.
 
 use std::collections::BTreeSet;
 
@@ -16,8 +16,7 @@ const COLORS: [Color; 7] = [
     Color(86, 180, 233),
     Color(0, 0, 0),
 ];
-/// As many as share no factor with the number of colours: each pair comes once before any comes
-/// twice.
+/// Forms about equally heavy.
 const MARKERS: [Marker; 5] = [
     Marker::Circle,
     Marker::Square,
@@ -84,8 +83,7 @@ pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
         if several_devices {
             label.push_str(&format!(", {}", row.device));
         }
-        let index = series.len();
-        let (color, marker) = (COLORS[index % COLORS.len()], MARKERS[index % MARKERS.len()]);
+        let (color, marker) = look(&series, row);
         series.push(Series {
             label,
             color,
@@ -97,6 +95,35 @@ pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
         series.rows.sort_by_key(|row| row.size);
     }
     series
+}
+
+/// Colour and marker of the series that starts with `row`, after the others: the colour of its
+/// method, and the first marker from that of its turn among the method's series that no other series
+/// of this colour has, as long as there is one.
+fn look(others: &[Series<'_>], row: &Row) -> (Color, Marker) {
+    let of_method = |series: &&Series<'_>| series.rows[0].method == row.method;
+    let color = others.iter().find(of_method).map_or_else(
+        || {
+            let methods: BTreeSet<&str> = others
+                .iter()
+                .map(|series| series.rows[0].method.as_str())
+                .collect();
+            COLORS[methods.len() % COLORS.len()]
+        },
+        |series| series.color,
+    );
+    let turn = others.iter().filter(of_method).count();
+    let from_turn = || MARKERS.iter().cycle().skip(turn % MARKERS.len());
+    let taken = |marker: Marker| {
+        others
+            .iter()
+            .any(|series| (series.color, series.marker) == (color, marker))
+    };
+    let marker = from_turn()
+        .take(MARKERS.len())
+        .find(|marker| !taken(**marker))
+        .or_else(|| from_turn().next());
+    (color, marker.copied().unwrap_or(Marker::Circle))
 }
 
 /// Published times of the source.
@@ -195,6 +222,27 @@ mod tests {
         let few = series(&all[..2]);
         assert_eq!(few[0].label, "aba f64");
         assert!(few[0].rows.iter().map(|row| row.size).is_sorted());
+    }
+
+    #[test]
+    fn a_colour_is_a_method_and_no_two_series_look_the_same() {
+        let mut rows = Vec::new();
+        for precision in ["f64", "f32"] {
+            for method in 0..10 {
+                rows.push(row("chain", &method.to_string(), precision, 128, 1e-3));
+            }
+        }
+        let rows: Vec<&Row> = rows.iter().collect();
+        let all = series(&rows);
+        for (index, one) in all.iter().enumerate() {
+            assert_eq!(one.color, all[index % 10].color);
+            for other in &all[..index] {
+                let (look, other_look) = ((one.color, one.marker), (other.color, other.marker));
+                assert_ne!(look, other_look, "{} and {}", one.label, other.label);
+            }
+        }
+        // Where there are colours enough, a marker is a way.
+        assert!(all[1..7].iter().all(|one| one.marker == all[0].marker));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Speed against error, both logarithmic: a point a row, labelled with its size or its scenario.
 
+use std::collections::BTreeSet;
+
 use super::axis::{LogAxis, count_label, metric_label, power_label};
 use super::figure::{Align, Color, Figure, MUTED, Point, Rect, WHITE, fit, text_width};
 use super::frame::{Frame, HEIGHT, LABEL, Legend, SMALL, Titles, devices};
@@ -59,6 +61,31 @@ const MEASURES: [Measure; 3] = [
     },
 ];
 
+/// What a method is asked: the part of its name after the first hyphen, `count` of `exact-count`.
+fn question(row: &Row) -> &str {
+    row.method
+        .split_once('-')
+        .map_or("", |(_, question)| question)
+}
+
+/// The rows whose question some row answers with an error, and the other questions; all rows if
+/// there is no error at all. What every method answers exactly tells of speed only, of which
+/// there is another plot.
+fn telling<'a>(
+    rows: &[&'a Row],
+    error: impl Fn(&Row) -> Option<f64>,
+) -> (Vec<&'a Row>, BTreeSet<&'a str>) {
+    let is_wrong = |row: &&&Row| error(row).is_some_and(|error| error > 0.0);
+    let wrong: BTreeSet<&str> = rows
+        .iter()
+        .filter(is_wrong)
+        .map(|row| question(row))
+        .collect();
+    let tells = |row: &&Row| wrong.is_empty() || wrong.contains(question(row));
+    let (telling, others): (Vec<&Row>, Vec<&Row>) = rows.iter().partition(|row| tells(row));
+    (telling, others.into_iter().map(question).collect())
+}
+
 /// The plot of the rows of one scenario, or of several that have one size each.
 pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
     let measured = |measure: &Measure| {
@@ -73,7 +100,8 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
             measure = other;
         }
     }
-    let series = series(rows);
+    let (rows, exact_questions) = telling(rows, measure.value);
+    let series = series(&rows);
     let speed = |row: &Row| row.size as f64 / row.time_median_s;
     let error = |row: &Row| (measure.value)(row);
     let mut points = Vec::new();
@@ -110,11 +138,18 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
             rows.len() - points.len()
         ));
     }
+    if !exact_questions.is_empty() {
+        let names: Vec<&str> = exact_questions.into_iter().collect();
+        remark.push_str(&format!(
+            " Not drawn, as no answer is wrong: {}.",
+            names.join(", ")
+        ));
+    }
     let titles = Titles {
         title: scenario.map_or("Speed against error".to_owned(), |scenario| {
             format!("{scenario}: speed against error")
         }),
-        subtitle: devices(rows),
+        subtitle: devices(&rows),
         vertical: Some(&format!("speed [{} per second]", rows[0].size_unit)),
         horizontal: measure.title,
         remark,
@@ -138,11 +173,14 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
         points.into_iter().partition(|point| point.error == 0.0);
     let strip = ZeroStrip::new(&exact, &area, inexact.is_empty());
     let border = strip.right();
-    let ticks: Vec<_> = strip
+    let names: Vec<_> = strip
         .columns()
         .map(|(x, label)| (x, fit(label, LABEL, false, strip.label_width())))
         .collect();
-    frame.horizontal_ticks(&ticks);
+    frame.labels_below(&names);
+    for x in strip.separators() {
+        frame.vertical_line(x);
+    }
     let plane = Rect {
         left: border,
         ..area

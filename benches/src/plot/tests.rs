@@ -180,6 +180,33 @@ fn every_row_is_a_point_and_every_label_is_there() {
 }
 
 #[test]
+fn questions_that_every_method_answers_exactly_are_left_out_of_errors() {
+    let mut rows = meshes();
+    for row in &mut rows {
+        row.method.push_str("-pairs");
+    }
+    let any: Vec<Row> = rows
+        .iter()
+        .filter(|row| row.wrong_pairs() == Some(0))
+        .cloned()
+        .collect();
+    rows.extend(any.into_iter().map(|row| Row {
+        method: row.method.replace("pairs", "any"),
+        ..row
+    }));
+    let both = plots(&rows);
+    let mentions =
+        |plot: &Plot, word: &str| texts(plot).iter().any(|text| text.text.contains(word));
+    assert!(mentions(&both[0], "bvh-any") && !mentions(&both[1], "bvh-any"));
+    assert!(mentions(&both[1], "no answer is wrong: any."));
+    rows.retain(|row| row.wrong_pairs() == Some(0));
+    assert!(
+        mentions(&plots(&rows)[1], "bvh-any"),
+        "no error at all: everything is drawn"
+    );
+}
+
+#[test]
 fn scenarios_of_one_size_share_plots_by_unit() {
     let mut rows = meshes();
     rows.push(row("single arm", "aba", "f64", 7, 1e-6));

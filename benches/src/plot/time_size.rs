@@ -62,7 +62,6 @@ pub(super) fn figure(scenario: &str, rows: &[&Row]) -> Figure {
         series.rows.iter().map(place).collect()
     };
     for series in &series {
-        frame.figure.line(&points(series), series.color, 2.0);
         for row in &series.rows {
             let x = horizontal.place(row.size as f64);
             let (fast, slow) = (
@@ -71,6 +70,9 @@ pub(super) fn figure(scenario: &str, rows: &[&Row]) -> Figure {
             );
             frame.bar((x, fast), (x, slow), series.color);
         }
+    }
+    for series in &series {
+        frame.figure.line(&points(series), series.color, 2.0);
     }
     // Over all the lines.
     for series in &series {

@@ -57,6 +57,11 @@ impl<'a> ZeroStrip<'a> {
         self.left + self.width * self.columns.len() as f64
     }
 
+    /// Where a column ends and the next begins \[px\].
+    pub(super) fn separators(&self) -> impl Iterator<Item = f64> {
+        (1..self.columns.len()).map(|index| self.left + self.width * index as f64)
+    }
+
     /// The middle of each column \[px\] and its label.
     pub(super) fn columns(&self) -> impl Iterator<Item = (f64, &'a str)> {
         let middle = |index: usize| self.left + self.width * (index as f64 + 0.5);

@@ -266,7 +266,7 @@ mod tests {
             (cup()?, bowl()?),
             (cup()?, spoon()?),
         ] {
-            assert!(Query::new(&a, &b).count()? > 100);
+            assert!(Query::new(&a, &b).count()? > 50);
             assert!(a.zero_area().is_empty() && b.zero_area().is_empty());
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Dynamics of articulated bodies on the CPU: forward (ABA, CRBA) and inverse (RNEA), kinematics,
 //! energies, integrators, and the residual that says how well a solution solves its equations.
 //!
-//! A [`Model`](vertebra_assembly::Model) is constant, a [`State`](vertebra_assembly::State) is what
+//! A [`Model`] is constant, a [`State`](vertebra_assembly::State) is what
 //! is saved, a [`Workspace`] owns scratch and results; the algorithms are functions over them. A
 //! [`Simulation`] bundles them all. All values are f64 in SI at the boundary; the precision inside
 //! is a choice of the workspace.

@@ -1,0 +1,104 @@
+//! The benchmark program `vertebra-bench`: built in release mode, then run in place of this
+//! process.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+use xshell::{Shell, cmd};
+
+use crate::workspace;
+
+/// Arguments handed on as they are, `--help` among them.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    arguments: Vec<OsString>,
+}
+
+/// Builds the program and runs one of its commands in the caller's working directory, with its exit
+/// status.
+pub(crate) fn run(command: &str, arguments: &Arguments) -> Result<ExitCode> {
+    let program = build(&workspace::shell()?)?;
+    replace(
+        Command::new(program)
+            .arg(command)
+            .args(&arguments.arguments),
+    )
+}
+
+/// Builds the program and returns its path.
+pub(crate) fn build(sh: &Shell) -> Result<PathBuf> {
+    let mut build = cmd!(
+        sh,
+        "cargo build --release --package vertebra-bench --bin vertebra-bench --message-format json-render-diagnostics"
+    );
+    if let Some(commit) = commit(sh) {
+        build = build.env("VERTEBRA_COMMIT", commit);
+    }
+    let messages = build.read()?;
+    executable(&messages).context("cargo built vertebra-bench but did not say where it lies")
+}
+
+/// The path of the program in the messages of `cargo build`.
+fn executable(messages: &str) -> Option<PathBuf> {
+    messages
+        .lines()
+        .filter_map(|line| serde_json::from_str::<Value>(line).ok())
+        .find_map(|message| {
+            (message["target"]["name"] == "vertebra-bench").then_some(())?;
+            message["executable"].as_str().map(PathBuf::from)
+        })
+}
+
+/// The commit of the working tree, marked when it has changes; `None` outside a repository.
+fn commit(sh: &Shell) -> Option<String> {
+    let describe = cmd!(sh, "git describe --always --dirty --abbrev=12 --exclude *");
+    describe
+        .quiet()
+        .ignore_stderr()
+        .read()
+        .ok()
+        .filter(|commit| !commit.is_empty())
+}
+
+/// Becomes the command, so that Ctrl-C reaches it alone and nothing stands between it and the
+/// caller.
+#[cfg(unix)]
+fn replace(command: &mut Command) -> Result<ExitCode> {
+    use std::os::unix::process::CommandExt;
+    Err(command.exec()).with_context(|| format!("cannot run {}", command.get_program().display()))
+}
+
+/// Runs the command and returns its exit status.
+#[cfg(not(unix))]
+fn replace(command: &mut Command) -> Result<ExitCode> {
+    let status = command
+        .status()
+        .with_context(|| format!("cannot run {}", command.get_program().display()))?;
+    let code = status.code().and_then(|code| u8::try_from(code).ok());
+    Ok(code.map_or(ExitCode::FAILURE, ExitCode::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_program_is_found_among_the_messages() {
+        let messages = r#"{"reason":"compiler-artifact","target":{"name":"vertebra"},"executable":null}
+not a message
+{"reason":"compiler-artifact","target":{"name":"vertebra-bench"},"executable":"/target/release/vertebra-bench"}
+{"reason":"build-finished","success":true}"#;
+        assert_eq!(
+            executable(messages),
+            Some(PathBuf::from("/target/release/vertebra-bench"))
+        );
+        assert_eq!(
+            executable(r#"{"reason":"build-finished","success":true}"#),
+            None
+        );
+    }
+}

@@ -1,0 +1,55 @@
+//! `cargo xtask ci`: everything that must pass before a change is merged.
+//!
+//! It needs a compiler and nothing else: what a machine lacks is added by rustup or named in the
+//! summary.
+
+mod examples;
+mod features;
+mod msrv;
+mod results;
+mod smoke;
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use xshell::cmd;
+
+use crate::stages::{Outcome, Selection, Stages, command};
+use crate::workspace::{self, Workspace};
+use crate::{binary, test};
+
+/// Arguments of the command.
+#[derive(clap::Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    selection: Selection,
+}
+
+/// Runs the stages and prints their summary.
+pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let sh = &workspace::shell()?;
+    let workspace = &Workspace::load(sh)?;
+    let mut stages = Stages::new("ci", &arguments.selection);
+    stages.run("msrv", || msrv::check(sh, workspace));
+    test::add_stages(&mut stages, sh, &[]);
+    stages.run("features", || {
+        features::check_without_defaults(sh, workspace)
+    });
+    stages.run("wasm", || features::check_wasm(sh));
+    stages.run("deny", || {
+        if workspace::has_subcommand(sh, "deny") {
+            command(&cmd!(sh, "cargo deny --workspace check"))
+        } else {
+            Ok(Outcome::Skipped(
+                "not available here: cargo install --locked cargo-deny".to_owned(),
+            ))
+        }
+    });
+    stages.run("bench", || smoke::run(sh, workspace));
+    stages.run("selftest", || {
+        let program = binary::build(sh)?;
+        command(&cmd!(sh, "{program} selftest"))
+    });
+    stages.run("examples", || examples::run(sh, workspace));
+    stages.finish()
+}
