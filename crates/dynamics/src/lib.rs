@@ -50,7 +50,7 @@ pub use precision::Precision;
 pub use residual::{Residual, residual};
 pub use rnea::rnea;
 pub use simulation::Simulation;
-pub use workspace::Workspace;
+pub use workspace::{BodyForce, BodyMotion, Workspace};
 
 use vertebra_assembly::Model;
 

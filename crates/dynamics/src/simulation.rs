@@ -2,8 +2,8 @@
 
 use crate::integrate::{Stages, Step};
 use crate::{
-    Error, Forces, Integrator, Mechanics, Precision, Workspace, finite_results, forward_kinematics,
-    mechanics,
+    BodyMotion, Error, Forces, Integrator, Mechanics, Precision, Workspace, finite_results,
+    forward_kinematics, mechanics,
 };
 use vertebra_assembly::{BodyId, Model, State};
 use vertebra_spatial::Pose;
@@ -130,11 +130,25 @@ impl Simulation {
     /// # Errors
     /// [`Error::UnknownBody`].
     pub fn pose(&mut self, body: BodyId) -> Result<Pose, Error> {
+        self.update_kinematics()?;
+        self.workspace.pose(body)
+    }
+
+    /// How fast a body moves.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`].
+    pub fn velocity(&mut self, body: BodyId) -> Result<BodyMotion, Error> {
+        self.update_kinematics()?;
+        self.workspace.velocity(body)
+    }
+
+    fn update_kinematics(&mut self) -> Result<(), Error> {
         if !self.posed {
             forward_kinematics(&self.model, &self.state, &mut self.workspace)?;
             self.posed = true;
         }
-        self.workspace.pose(body)
+        Ok(())
     }
 
     /// Energies, momenta and centre of mass.
@@ -142,7 +156,8 @@ impl Simulation {
     /// # Errors
     /// [`Error::Overflow`].
     pub fn mechanics(&mut self) -> Result<Mechanics, Error> {
-        self.posed = false;
+        // Its kinematics are those of the state.
+        self.posed = true;
         mechanics(&self.model, &self.state, &mut self.workspace)
     }
 }

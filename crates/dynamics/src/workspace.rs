@@ -2,6 +2,7 @@
 
 use crate::link::{Link, Scales};
 use crate::{Error, Precision};
+use glam::DVec3;
 use vertebra_assembly::{BodyId, Model};
 use vertebra_spatial::{
     ArticulatedInertia, Force, Mat3, Motion, Pose, Real, RigidInertia, SmallCholesky, Vec3,
@@ -22,6 +23,24 @@ pub struct Workspace {
     pub(crate) tau: Vec<f64>,
     /// Mass matrix by columns, once it has been asked for.
     pub(crate) mass_matrix: Vec<f64>,
+}
+
+/// Velocity [rad/s, m/s] or acceleration [rad/s^2, m/s^2] of a body, in world axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyMotion {
+    /// Angular part.
+    pub angular: DVec3,
+    /// Linear part: that of the body's point at the origin of its frame.
+    pub linear: DVec3,
+}
+
+/// Force on a body, in world axes about the origin of its joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyForce {
+    /// Moment [N m].
+    pub moment: DVec3,
+    /// Force \[N\].
+    pub force: DVec3,
 }
 
 /// Which results are those of the last state given.
@@ -225,21 +244,21 @@ impl Workspace {
         Ok(Pose::new(pose.rotation, pose.translation * length))
     }
 
-    /// Velocity of a body in world axes: angular [rad/s], and linear of its frame's origin [m/s].
+    /// Velocity of a body: angular [rad/s], and linear of its frame's origin [m/s].
     ///
     /// # Errors
     /// [`Error::NotComputed`], [`Error::UnknownBody`].
-    pub fn velocity(&self, body: BodyId) -> Result<Motion<f64>, Error> {
+    pub fn velocity(&self, body: BodyId) -> Result<BodyMotion, Error> {
         require(self.computed.poses, "velocities", "forward_kinematics")?;
         let i = self.check_body(body)?;
         let units = self.model.units();
         let velocity = in_precision!(&self.arrays, s => {
             in_f64(s.velocity[i]).shifted(s.frame_origin(i))
         });
-        Ok(Motion::new(
-            velocity.angular * (1.0 / units.time),
-            velocity.linear * units.velocity(),
-        ))
+        Ok(BodyMotion {
+            angular: velocity.angular.to_glam() / units.time,
+            linear: velocity.linear.to_glam() * units.velocity(),
+        })
     }
 
     /// Acceleration of a body in world axes: angular [rad/s^2], and linear of its frame's origin as
@@ -247,7 +266,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`Error::NotComputed`], [`Error::UnknownBody`].
-    pub fn acceleration(&self, body: BodyId) -> Result<Motion<f64>, Error> {
+    pub fn acceleration(&self, body: BodyId) -> Result<BodyMotion, Error> {
         require(self.computed.accelerations, "accelerations", "aba")?;
         let i = self.check_body(body)?;
         let units = self.model.units();
@@ -256,10 +275,10 @@ impl Workspace {
             let seen = (in_f64(s.acceleration[i]) - in_f64(s.base)).shifted(r);
             Motion::new(seen.angular, seen.linear + w.cross(w.cross(r)))
         });
-        Ok(Motion::new(
-            acceleration.angular * (1.0 / (units.time * units.time)),
-            acceleration.linear * units.acceleration(),
-        ))
+        Ok(BodyMotion {
+            angular: acceleration.angular.to_glam() / (units.time * units.time),
+            linear: acceleration.linear.to_glam() * units.acceleration(),
+        })
     }
 
     /// Force that a body's joint transmits to it, constraint and joint force together, in world
@@ -267,7 +286,7 @@ impl Workspace {
     ///
     /// # Errors
     /// [`Error::NotComputed`], [`Error::UnknownBody`].
-    pub fn joint_wrench(&self, body: BodyId) -> Result<Force<f64>, Error> {
+    pub fn joint_wrench(&self, body: BodyId) -> Result<BodyForce, Error> {
         require(
             self.computed.joint_wrenches,
             "joint wrenches",
@@ -276,10 +295,10 @@ impl Workspace {
         let i = self.check_body(body)?;
         let units = self.model.units();
         let force = in_precision!(&self.arrays, s => in_f64_force(s.joint_wrench[i]));
-        Ok(Force::new(
-            force.angular * units.energy(),
-            force.linear * units.force(),
-        ))
+        Ok(BodyForce {
+            moment: force.angular.to_glam() * units.energy(),
+            force: force.linear.to_glam() * units.force(),
+        })
     }
 }
 

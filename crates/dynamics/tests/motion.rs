@@ -7,6 +7,7 @@ use vertebra_assembly::generate::{self, RandomTree, Rod};
 use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, State};
 use vertebra_dynamics::{
     Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba, forward_kinematics,
+    joint_wrenches,
 };
 use vertebra_spatial::Pose;
 
@@ -129,7 +130,7 @@ fn power_of_the_forces_is_the_rate_of_the_energy() {
         forward_kinematics(&model, &state, &mut workspace).unwrap();
         let v = workspace.velocity(model.last_body()).unwrap();
         let pose = workspace.pose(model.last_body()).unwrap();
-        let (w, origin) = (v.angular.to_glam(), v.linear.to_glam());
+        let (w, origin) = (v.angular, v.linear);
         let at_point = origin + w.cross(pose.rotation * wrench.point.unwrap());
         joints + wrench.force.dot(at_point) + wrench.torque.dot(w)
     };
@@ -163,11 +164,7 @@ fn velocities_and_accelerations_are_the_derivatives_of_poses() {
             .body_ids()
             .map(|id| {
                 let v = workspace.velocity(id).unwrap();
-                (
-                    workspace.pose(id).unwrap(),
-                    v.angular.to_glam(),
-                    v.linear.to_glam(),
-                )
+                (workspace.pose(id).unwrap(), v.angular, v.linear)
             })
             .collect()
     };
@@ -184,12 +181,12 @@ fn velocities_and_accelerations_are_the_derivatives_of_poses() {
         assert!((spin / (2.0 * h) - now[i].1).length() < 1e-3, "spin of {i}");
         let acceleration = workspace.acceleration(id).unwrap();
         let scale = acceleration.linear.length() + acceleration.angular.length() + 1.0;
-        let linear = difference(&|s| s.2) - acceleration.linear.to_glam();
+        let linear = difference(&|s| s.2) - acceleration.linear;
         assert!(
             linear.length() < 1e-4 * scale,
             "acceleration of {i}: {linear}"
         );
-        let angular = difference(&|s| s.1) - acceleration.angular.to_glam();
+        let angular = difference(&|s| s.1) - acceleration.angular;
         assert!(
             angular.length() < 1e-4 * scale,
             "angular acceleration of {i}: {angular}"
@@ -318,5 +315,25 @@ fn fixed_joints_weld() {
         for (a, b) in a.iter().zip(&b) {
             assert!((a - b).abs() <= 1e4 * f64::EPSILON * largest);
         }
+    }
+}
+
+/// A chain that hangs at rest: each joint carries the weight below it, upwards, through its origin.
+#[test]
+fn joints_carry_what_hangs_from_them() {
+    let rod = Rod::default();
+    let model = generate::chain(5, &Joint::spherical(), &rod).unwrap();
+    let mut state = State::neutral(&model);
+    // Turned head down at the first joint.
+    state.q[..4].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let qdd = aba(&model, &state, &Forces::none(&model), &mut workspace).unwrap();
+    assert!(qdd.iter().all(|qdd| qdd.abs() < 1e-13));
+    joint_wrenches(&mut workspace).unwrap();
+    for (below, id) in model.body_ids().rev().enumerate() {
+        let weight = (below + 1) as f64 * rod.mass * 9.81;
+        let carried = workspace.joint_wrench(id).unwrap();
+        assert!((carried.force - DVec3::Z * weight).length() < 1e-13 * weight);
+        assert!(carried.moment.length() < 1e-13 * weight);
     }
 }
