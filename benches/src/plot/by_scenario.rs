@@ -120,6 +120,11 @@ pub(super) fn figure(rows: &[&Row]) -> Figure {
         for (number, (series, row)) in band.lines.iter().enumerate() {
             let y = first + LINE * number as f64;
             let x = axis.place(row.time_median_s);
+            frame.bar(
+                (axis.place(row.time_min_s), y),
+                (axis.place(row.time_max_s), y),
+                series.color,
+            );
             if let Some(published) = row.reference_time_s {
                 let published = axis.place(published);
                 frame
@@ -129,11 +134,6 @@ pub(super) fn figure(rows: &[&Row]) -> Figure {
                     .figure
                     .marker((published, y), Marker::Circle, PUBLISHED, true);
             }
-            frame.bar(
-                (axis.place(row.time_min_s), y),
-                (axis.place(row.time_max_s), y),
-                series.color,
-            );
             frame
                 .figure
                 .marker((x, y), series.marker, series.color, false);

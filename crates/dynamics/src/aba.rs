@@ -11,7 +11,7 @@ use crate::link::Kind;
 use crate::workspace::{Computed, Sweeps, in_precision};
 use crate::{Error, Forces, Workspace, finite_results};
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{ArticulatedInertia, Force, Motion, Real, SmallCholesky};
+use vertebra_spatial::{ArticulatedInertia, Force, Mat3, Motion, Real, SmallCholesky, Sym3, vec3};
 
 /// Forward dynamics: the joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
 /// [`Workspace::acceleration`] has those of the bodies afterwards.
@@ -102,8 +102,14 @@ impl<T: Real> Sweeps<T> {
                     self.let_go(i, d, floor[1], u_column, axis.dot(bias.linear))?;
                     (inertia, bias) = self.pass_on(i, inertia, bias, u_column, c);
                 }
-                Kind::Spherical | Kind::Free => {
-                    (inertia, bias) = self.let_go_several(i, floor, inertia, bias, c)?;
+                Kind::Spherical => {
+                    self.let_go_several(i, floor, &inertia, bias)?;
+                    (inertia, bias) = self.pass_on_spherical(i, &inertia, bias, c);
+                }
+                Kind::Free => {
+                    self.let_go_several(i, floor, &inertia, bias)?;
+                    // Everything is let go but what drives the joint.
+                    (inertia, bias) = (ArticulatedInertia::default(), self.driven(i));
                 }
             }
             if let Some(parent) = self.links[i].parent {
@@ -154,73 +160,71 @@ impl<T: Real> Sweeps<T> {
         (inertia, passed)
     }
 
-    /// The same for a joint with several freedoms. With D = L L', the columns of Y = U L^-T give
-    /// Ia = IA - Y Y' and pa = pA + Ia c + U D^-1 u.
+    /// Stores U, the factors of D and u of a joint with several freedoms.
     fn let_go_several(
         &mut self,
         i: usize,
         floor: [T; 2],
-        mut inertia: ArticulatedInertia<T>,
+        inertia: &ArticulatedInertia<T>,
         bias: Force<T>,
-        c: Motion<T>,
-    ) -> Result<(ArticulatedInertia<T>, Force<T>), usize> {
+    ) -> Result<(), usize> {
         let dofs = self.dofs(i);
-        let order = dofs.len();
         let mut d = [[T::ZERO; 6]; 6];
-        let mut floors = [floor[0]; 6];
         for (k, dof) in dofs.clone().enumerate() {
             let u_column = inertia.mul(self.subspace[dof]);
             self.u_columns[dof] = u_column;
             for (l, other) in dofs.clone().enumerate().take(k + 1) {
                 d[k][l] = self.subspace[other].dot(u_column);
             }
-            if k >= 3 {
-                floors[k] = floor[1];
-            }
             let projected = self.subspace[dof].dot(bias);
             self.u[dof] -= projected;
         }
-        let factor = SmallCholesky::factor(order, &d, &floors).map_err(|_| i)?;
+        let [turn, slide] = floor;
+        let floors = [turn, turn, turn, slide, slide, slide];
+        let factor = SmallCholesky::factor(dofs.len(), &d, &floors).map_err(|_| i)?;
         self.factors[self.factor_of[i] as usize] = Some(factor);
-
-        let mut response = [T::ZERO; 6];
-        response[..order].copy_from_slice(&self.u[dofs.clone()]);
-        factor.solve(&mut response[..order]);
-        let mut passed = bias;
-        for (k, dof) in dofs.clone().enumerate() {
-            passed += self.u_columns[dof] * response[k];
-        }
-        for column in self.lowered(&factor, dofs) {
-            inertia.subtract_outer(column, T::ONE);
-        }
-        passed += inertia.mul(c);
-        Ok((inertia, passed))
+        Ok(())
     }
 
-    /// The columns of U L^-T.
-    fn lowered(
+    /// Ia and pa of a spherical joint, which lets all moments go but those that drive it: of Ia only
+    /// the linear block is left, of pa the moment is S tau. Left to rounding, the rest would be noise
+    /// of the size of the subtree beyond, which a light parent feels.
+    ///
+    /// With D = L L', the columns of Y = U L^-T give Ia = IA - Y Y'.
+    fn pass_on_spherical(
         &self,
-        factor: &SmallCholesky<T>,
-        dofs: core::ops::Range<usize>,
-    ) -> impl Iterator<Item = Force<T>> {
-        let order = dofs.len();
-        let mut rows = [[T::ZERO; 6]; 6];
-        for (k, dof) in dofs.enumerate() {
-            let u = self.u_columns[dof];
-            let (n, f) = (u.angular.to_array(), u.linear.to_array());
-            for (row, value) in n.into_iter().chain(f).enumerate() {
-                rows[row][k] = value;
+        i: usize,
+        inertia: &ArticulatedInertia<T>,
+        bias: Force<T>,
+        c: Motion<T>,
+    ) -> (ArticulatedInertia<T>, Force<T>) {
+        let dofs = self.dofs(i);
+        let mut linear = inertia.linear;
+        let mut force = bias.linear;
+        if let Some(factor) = &self.factors[self.factor_of[i] as usize] {
+            let columns = [0, 1, 2].map(|k| self.u_columns[dofs.start + k].linear);
+            let mut y = Mat3::from_cols(columns[0], columns[1], columns[2])
+                .transpose()
+                .to_cols_array();
+            for row in &mut y {
+                factor.solve_lower(row);
+            }
+            for k in 0..3 {
+                linear = linear - Sym3::outer(vec3(y[0][k], y[1][k], y[2][k]), T::ONE);
+            }
+            let mut response = [T::ZERO; 3];
+            response.copy_from_slice(&self.u[dofs]);
+            factor.solve(&mut response);
+            for (column, response) in columns.into_iter().zip(response) {
+                force += column * response;
             }
         }
-        for row in &mut rows {
-            factor.solve_lower(&mut row[..order]);
-        }
-        (0..order).map(move |k| {
-            Force::new(
-                vertebra_spatial::vec3(rows[0][k], rows[1][k], rows[2][k]),
-                vertebra_spatial::vec3(rows[3][k], rows[4][k], rows[5][k]),
-            )
-        })
+        force += linear * c.linear;
+        let passed = ArticulatedInertia {
+            linear,
+            ..ArticulatedInertia::default()
+        };
+        (passed, Force::new(self.driven(i).angular, force))
     }
 
     /// The force each joint transmits, f = IA a + pA.
@@ -228,20 +232,40 @@ impl<T: Real> Sweeps<T> {
     /// Summing the bodies' forces from the tips up instead would keep Newton-Euler exact but let
     /// the joint forces S' f drift from tau by 1e-7 of their terms at 5000 bodies in f64; this form
     /// stays within 1e-12. What is left of it is taken out along the joint's freedoms, whose columns
-    /// are orthonormal.
+    /// are orthonormal: f += S (tau - S' f). Where the freedoms are all there is (free joints, and
+    /// the moment of spherical ones) that is S tau without a rest; a rest would be rounding alone,
+    /// and wrong in every digit where tau is zero.
     fn transmit(&mut self) {
         for i in 0..self.links.len() {
             let mut f = self.articulated[i].mul(self.acceleration[i]) + self.bias[i];
-            for dof in self.dofs(i) {
-                let column = self.subspace[dof];
-                let excess = column.dot(f) - self.tau[dof];
-                f -= Force::new(column.angular, column.linear) * excess;
+            match self.links[i].kind {
+                Kind::Fixed => {}
+                Kind::Revolute { .. } | Kind::Prismatic { .. } => {
+                    let dof = self.links[i].v;
+                    let excess = self.subspace[dof].dot(f) - self.tau[dof];
+                    f -= along(self.subspace[dof]) * excess;
+                }
+                Kind::Spherical => f.angular = self.driven(i).angular,
+                Kind::Free => f = self.driven(i),
             }
             self.joint_wrench[i] = f;
         }
     }
 
+    /// S tau: the force along a joint's freedoms that exerts tau.
+    fn driven(&self, i: usize) -> Force<T> {
+        let mut f = Force::ZERO;
+        for dof in self.dofs(i) {
+            f += along(self.subspace[dof]) * self.tau[dof];
+        }
+        f
+    }
+
     /// From the world down: accelerations. `u` becomes qdd.
+    ///
+    /// With a = a' + S qdd the condition on qdd reads U' a = u. It is solved twice: a' may be much
+    /// larger than a (a light body on a fast joint hardly notices its parent), and then rounding of
+    /// the order of a' is left in a; the second solution removes it.
     fn respond(&mut self) {
         for i in 0..self.links.len() {
             let mut a = match self.links[i].parent {
@@ -249,23 +273,46 @@ impl<T: Real> Sweeps<T> {
                 None => self.base,
             } + self.bias_acceleration[i];
             let dofs = self.dofs(i);
-            for dof in dofs.clone() {
-                let reaction = a.dot(self.u_columns[dof]);
-                self.u[dof] -= reaction;
-            }
             match dofs.len() {
                 0 => {}
-                1 => self.u[dofs.start] = self.u[dofs.start] * self.d_inverse[i],
-                _ => {
-                    if let Some(factor) = &self.factors[self.factor_of[i] as usize] {
-                        factor.solve(&mut self.u[dofs.clone()]);
-                    }
+                1 => {
+                    let (column, u_column) =
+                        (self.subspace[dofs.start], self.u_columns[dofs.start]);
+                    let (u, d_inverse) = (self.u[dofs.start], self.d_inverse[i]);
+                    let first = (u - a.dot(u_column)) * d_inverse;
+                    a += column * first;
+                    let second = (u - a.dot(u_column)) * d_inverse;
+                    a += column * second;
+                    self.u[dofs.start] = first + second;
                 }
-            }
-            for dof in dofs {
-                a += self.subspace[dof] * self.u[dof];
+                _ => self.respond_several(i, dofs, &mut a),
             }
             self.acceleration[i] = a;
         }
     }
+
+    /// The same for a joint with several freedoms.
+    fn respond_several(&mut self, i: usize, dofs: core::ops::Range<usize>, a: &mut Motion<T>) {
+        let Some(factor) = self.factors[self.factor_of[i] as usize] else {
+            return;
+        };
+        let mut qdd = [T::ZERO; 6];
+        for _ in 0..2 {
+            let mut rest = [T::ZERO; 6];
+            for (rest, dof) in rest.iter_mut().zip(dofs.clone()) {
+                *rest = self.u[dof] - a.dot(self.u_columns[dof]);
+            }
+            factor.solve(&mut rest[..dofs.len()]);
+            for (k, dof) in dofs.clone().enumerate() {
+                *a += self.subspace[dof] * rest[k];
+                qdd[k] += rest[k];
+            }
+        }
+        self.u[dofs.clone()].copy_from_slice(&qdd[..dofs.len()]);
+    }
+}
+
+/// A freedom's direction as a force of unit power.
+fn along<T: Real>(column: Motion<T>) -> Force<T> {
+    Force::new(column.angular, column.linear)
 }
