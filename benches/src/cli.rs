@@ -23,6 +23,8 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Judge one run against another, row by row.
     Compare(CompareArgs),
+    /// Write tables and plots again from a results.json.
+    Report(ReportArgs),
     /// Run the test suite that every solver passes.
     Selftest {
         /// Print every figure, not only the one nearest to its bound.
@@ -109,6 +111,16 @@ pub struct CompareArgs {
     /// Fail when a row got slower or less accurate.
     #[arg(long)]
     pub fail_on_regression: bool,
+}
+
+/// Options of `report`.
+#[derive(Args, Debug)]
+pub struct ReportArgs {
+    /// The results.json, or its folder.
+    pub results: PathBuf,
+    /// Folder for results.json, results.csv, report.md and plots.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 /// Options of `export`.

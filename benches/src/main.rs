@@ -7,13 +7,14 @@
 
 use clap::Parser;
 use std::process::ExitCode;
-use vertebra_bench::cli::{Cli, Command, CompareArgs};
+use vertebra_bench::cli::{Cli, Command, CompareArgs, ReportArgs};
 use vertebra_bench::{compare, export, results, run, selftest};
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Bench(arguments) => run::bench(&arguments),
         Command::Compare(arguments) => judge(&arguments),
+        Command::Report(arguments) => report(&arguments).map(|()| true),
         Command::Selftest { figures } => Ok(selftest::selftest(figures)),
         Command::Export(arguments) => export::export(&arguments).map(|()| true),
     };
@@ -34,4 +35,12 @@ fn judge(arguments: &CompareArgs) -> anyhow::Result<bool> {
     println!("{}", compare::to_table(&verdicts));
     let worse = verdicts.iter().any(compare::Verdict::is_regression);
     Ok(!(arguments.fail_on_regression && worse))
+}
+
+fn report(arguments: &ReportArgs) -> anyhow::Result<()> {
+    let rows = results::read_results(&arguments.results)?;
+    for path in results::write_results(&arguments.out, &rows)? {
+        println!("wrote {}", path.display());
+    }
+    Ok(())
 }

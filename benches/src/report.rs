@@ -17,7 +17,7 @@ const LEGEND: &str = "\
 in groups.
 - **prec**: floating-point type of the computation; **on**: kind of device; **thr**: threads.
 - **forward**: largest difference from the reference result over the largest reference value.
-- **residual**: largest amount by which the result fails its own equations over the largest term in them.
+- **residual**: largest amount by which the result fails an equation it should satisfy, over the terms of that equation.
 - **false/missed**: pairs reported that do not intersect in exact arithmetic, and pairs that do and were not reported.
 - **published**, **ratio**: time published by the source for the same size on its own hardware, and how many times faster \
 this run was. The ratio compares two machines more than ten years apart as much as two programs.

@@ -44,8 +44,8 @@ pub struct Row {
     pub samples: usize,
     /// Largest difference from the reference result, divided by the largest reference value \[1\].
     pub error_forward: Option<f64>,
-    /// Largest amount by which the result fails the equations it should satisfy, divided by the
-    /// largest term \[1\].
+    /// Largest amount by which the result fails an equation it should satisfy, divided by the sum of
+    /// the absolute values of that equation's terms, or by the largest of them \[1\].
     pub error_residual: Option<f64>,
     /// Pairs reported that do not intersect in exact arithmetic \[count\].
     pub false_pairs: Option<u64>,

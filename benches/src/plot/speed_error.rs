@@ -48,7 +48,7 @@ const MEASURES: [Measure; 3] = [
         label: power_label,
     },
     Measure {
-        title: "residual, relative to the largest term",
+        title: "residual, relative to its terms",
         name: "residual",
         value: |row| row.error_residual,
         label: power_label,

@@ -22,7 +22,7 @@ impl Problem {
         let mut forces = Forces::none(&model);
         // Joints without forces are the common case, and a hard one: what they transmit along their
         // freedoms must be zero and not nearly zero.
-        if seed % 3 > 0 {
+        if !seed.is_multiple_of(3) {
             forces.joint.fill_with(|| random.symmetric());
         }
         let bodies: Vec<_> = model.body_ids().collect();
