@@ -95,6 +95,12 @@ pub const OTHERS: &[(&str, Check)] = &[
     ("mesh_pairs", gold_meshes::pairs),
 ];
 
+/// The larger of two errors; NaN, which `f64::max` would drop, is the worst.
+#[must_use]
+pub fn worst_of(a: f64, b: f64) -> f64 {
+    if b <= a { a } else { b }
+}
+
 /// Largest difference between two vectors over the largest entry of the second.
 #[must_use]
 pub fn relative_error(found: &[f64], reference: &[f64]) -> f64 {
@@ -106,8 +112,7 @@ pub fn relative_error(found: &[f64], reference: &[f64]) -> f64 {
         .iter()
         .zip(reference)
         .map(|(a, b)| (a - b).abs())
-        // Not `f64::max`, which drops NaN.
-        .fold(0.0_f64, |m, d| if d <= m { m } else { d });
+        .fold(0.0, worst_of);
     if difference == 0.0 {
         0.0
     } else {

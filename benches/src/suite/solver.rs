@@ -19,11 +19,21 @@ pub trait Solver: Sync {
         false
     }
 
+    /// Joint accelerations [rad/s^2 or m/s^2] of several inputs, one after the other in the same
+    /// memory.
+    ///
+    /// # Errors
+    /// As the method's own.
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error>;
+
     /// Joint accelerations [rad/s^2 or m/s^2].
     ///
     /// # Errors
     /// As the method's own.
-    fn solve(&self, model: &Model, state: &State, forces: &Forces) -> Result<Vec<f64>, Error>;
+    fn solve(&self, model: &Model, state: &State, forces: &Forces) -> Result<Vec<f64>, Error> {
+        let solved = self.solve_all(model, &[(state.clone(), forces.clone())])?;
+        Ok(solved.concat())
+    }
 
     /// Residual of the bodies' own equations; none where the method gives no forces of the bodies.
     ///
@@ -59,9 +69,12 @@ impl Solver for Aba {
         self.0
     }
 
-    fn solve(&self, model: &Model, state: &State, forces: &Forces) -> Result<Vec<f64>, Error> {
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
         let mut workspace = Workspace::new(model, self.0);
-        Ok(aba(model, state, forces, &mut workspace)?.to_vec())
+        let solve = |(state, forces): &(State, Forces)| {
+            aba(model, state, forces, &mut workspace).map(<[f64]>::to_vec)
+        };
+        inputs.iter().map(solve).collect()
     }
 
     fn residual(
@@ -93,9 +106,12 @@ impl Solver for Crba {
         true
     }
 
-    fn solve(&self, model: &Model, state: &State, forces: &Forces) -> Result<Vec<f64>, Error> {
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
         let mut workspace = Workspace::new(model, Precision::F64);
-        crba_forward_dynamics(model, state, forces, &mut workspace)
+        let solve = |(state, forces): &(State, Forces)| {
+            crba_forward_dynamics(model, state, forces, &mut workspace)
+        };
+        inputs.iter().map(solve).collect()
     }
 
     fn residual(&self, _: &Model, _: &State, _: &Forces) -> Result<Option<Residual>, Error> {

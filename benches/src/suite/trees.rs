@@ -1,6 +1,6 @@
 //! Random trees, forests and chains with all kinds of joints.
 
-use super::{Figure, Outcome, relative_error, solver::Solver};
+use super::{Figure, Outcome, relative_error, solver::Solver, worst_of};
 use vertebra::generate::{self, RandomTree, Rod};
 use vertebra::{
     Forces, Model, Precision, Random, State, Workspace, Wrench, aba, crba, crba_forward_dynamics,
@@ -133,7 +133,7 @@ pub fn joint_torque_residual(solver: &dyn Solver) -> Outcome {
                 .map(|j| mass[(i, j)].abs() * qdd[j].abs())
                 .sum();
             let scale = unit * (moved + bias[i].abs());
-            worst = worst.max((forces.joint[i] - tau[i]).abs() / scale);
+            worst = worst_of(worst, (forces.joint[i] - tau[i]).abs() / scale);
         }
         figures.push(Figure::new(name.clone(), worst, 8.0));
     }
@@ -161,16 +161,23 @@ pub fn own_equations(solver: &dyn Solver) -> Outcome {
     Ok(figures)
 }
 
-/// Two calls, and a call after another problem, give the same bits.
+/// A call after others, in the same workspace or in its own, gives the same bits.
 ///
 /// # Errors
 /// If a problem cannot be solved.
 pub fn same_bits(solver: &dyn Solver) -> Outcome {
     let mut figures = Vec::new();
     for problem in small_problems()? {
-        let solve = || solver.solve(&problem.model, &problem.state, &problem.forces);
-        let bits = |qdd: Vec<f64>| qdd.into_iter().map(f64::to_bits).collect::<Vec<_>>();
-        let differs = f64::from(u8::from(bits(solve()?) != bits(solve()?)));
+        let input = (problem.state.clone(), problem.forces.clone());
+        let other = (
+            State::random(&problem.model, 77),
+            Forces::none(&problem.model),
+        );
+        let together = solver.solve_all(&problem.model, &[input.clone(), other, input.clone()])?;
+        let alone = solver.solve(&problem.model, &input.0, &input.1)?;
+        let bits = |qdd: &[f64]| qdd.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        let same = bits(&together[0]) == bits(&alone) && bits(&together[2]) == bits(&alone);
+        let differs = f64::from(u8::from(!same));
         figures.push(Figure::new(problem.name.clone(), differs, 0.0));
     }
     Ok(figures)

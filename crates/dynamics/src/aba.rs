@@ -8,10 +8,10 @@
 //! Down: a' = X a_parent + c, qdd = D^-1 (u - U' a'), a = a' + S qdd.
 
 use crate::link::Kind;
-use crate::workspace::{Computed, Sweeps, in_precision};
+use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Workspace, finite_results};
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{ArticulatedInertia, Force, Mat3, Motion, Real, SmallCholesky, Sym3, vec3};
+use vertebra_spatial::{ArticulatedInertia, Force, Motion, Real, SmallCholesky, Sym3, vec3};
 
 /// Forward dynamics: the joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
 /// [`Workspace::acceleration`] has those of the bodies afterwards.
@@ -25,21 +25,18 @@ pub fn aba<'w>(
     forces: &Forces,
     workspace: &'w mut Workspace,
 ) -> Result<&'w [f64], Error> {
-    workspace.check_model(model)?;
-    state.check(model)?;
     forces.check(model)?;
-    workspace.computed = Computed::default();
+    workspace.set_state(model, state)?;
     let Workspace {
         scales,
         arrays,
         qdd,
         ..
     } = workspace;
-    in_precision!(arrays, s => {
-        s.set_state(state, model.units().length, &scales.rate);
+    let failed = in_precision!(arrays, s => {
         s.set_external(forces, model.units());
-        for (u, (&tau, &scale)) in s.tau.iter_mut().zip(forces.joint.iter().zip(&scales.force)) {
-            *u = Real::from_f64(tau / scale);
+        for (tau, (&given, &scale)) in s.tau.iter_mut().zip(forces.joint.iter().zip(&scales.force)) {
+            *tau = Real::from_f64(given / scale);
         }
         s.u.copy_from_slice(&s.tau);
         s.articulate().map_err(|i| Error::SingularJoint {
@@ -49,7 +46,9 @@ pub fn aba<'w>(
         for (qdd, (&u, &scale)) in qdd.iter_mut().zip(s.u.iter().zip(&scales.acceleration)) {
             *qdd = Real::to_f64(u) * scale;
         }
+        s.acceleration.iter().position(|a| !a.is_finite())
     });
+    workspace.refuse_overflow("acceleration", failed)?;
     finite_results(model, "joint acceleration", &workspace.qdd, state.time)?;
     workspace.computed.accelerations = true;
     Ok(&workspace.qdd)
@@ -59,10 +58,14 @@ pub fn aba<'w>(
 /// [`Workspace::joint_wrench`] reads them.
 ///
 /// # Errors
-/// [`Error::NotComputed`] if [`aba`] has not been called.
+/// [`Error::NotComputed`] if [`aba`] has not been called, [`Error::Overflow`].
 pub fn joint_wrenches(workspace: &mut Workspace) -> Result<(), Error> {
     workspace.joint_accelerations()?;
-    in_precision!(&mut workspace.arrays, s => s.transmit());
+    let failed = in_precision!(&mut workspace.arrays, s => {
+        s.transmit();
+        s.joint_wrench.iter().position(|f| !f.is_finite())
+    });
+    workspace.refuse_overflow("joint force", failed)?;
     workspace.computed.joint_wrenches = true;
     Ok(())
 }
@@ -71,12 +74,16 @@ impl<T: Real> Sweeps<T> {
     /// From the tips up: articulated inertias and bias forces.
     ///
     /// Fails with the body whose joint moves no inertia: its pivot is zero, negative, or within
-    /// rounding (4 eps) of the inertia that its children's joints let go just before.
+    /// rounding (4 eps) of the body's own inertia in all directions and of what arrived from its
+    /// children before their joints let go.
     fn articulate(&mut self) -> Result<(), usize> {
         for i in 0..self.links.len() {
             self.articulated[i] = self.inertia[i].into();
             self.bias[i] = -self.external[i];
-            self.carried[i] = [T::ZERO; 2];
+            self.carried[i] = [
+                self.articulated[i].angular.trace(),
+                self.articulated[i].linear.trace(),
+            ];
         }
         let rounding = T::from_f64(4.0) * T::EPSILON;
         for i in (0..self.links.len()).rev() {
@@ -203,17 +210,21 @@ impl<T: Real> Sweeps<T> {
         let mut force = bias.linear;
         if let Some(factor) = &self.factors[self.factor_of[i] as usize] {
             let columns = [0, 1, 2].map(|k| self.u_columns[dofs.start + k].linear);
-            let mut y = Mat3::from_cols(columns[0], columns[1], columns[2])
-                .transpose()
-                .to_cols_array();
+            let mut y = [0, 1, 2].map(|row| {
+                let mut padded = [T::ZERO; 6];
+                for (entry, column) in padded.iter_mut().zip(columns) {
+                    *entry = column.to_array()[row];
+                }
+                padded
+            });
             for row in &mut y {
                 factor.solve_lower(row);
             }
             for k in 0..3 {
                 linear = linear - Sym3::outer(vec3(y[0][k], y[1][k], y[2][k]), T::ONE);
             }
-            let mut response = [T::ZERO; 3];
-            response.copy_from_slice(&self.u[dofs]);
+            let mut response = [T::ZERO; 6];
+            response[..3].copy_from_slice(&self.u[dofs]);
             factor.solve(&mut response);
             for (column, response) in columns.into_iter().zip(response) {
                 force += column * response;
@@ -302,7 +313,7 @@ impl<T: Real> Sweeps<T> {
             for (rest, dof) in rest.iter_mut().zip(dofs.clone()) {
                 *rest = self.u[dof] - a.dot(self.u_columns[dof]);
             }
-            factor.solve(&mut rest[..dofs.len()]);
+            factor.solve(&mut rest);
             for (k, dof) in dofs.clone().enumerate() {
                 *a += self.subspace[dof] * rest[k];
                 qdd[k] += rest[k];

@@ -5,7 +5,8 @@
 //! joints towards the world gives one column: H_jk = S_j' F. Dense: it needs the square of the
 //! degrees of freedom in memory and serves as an independent check of ABA.
 
-use crate::workspace::{Computed, Sweeps, in_precision};
+use crate::forces::body_of_dof;
+use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Workspace, finite_results, rnea};
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, MatRef, Side};
@@ -15,15 +16,13 @@ use vertebra_spatial::{ArticulatedInertia, Force, Real};
 /// The joint-space mass matrix M, symmetric, shape [`Model::dof_count`] squared, in SI.
 ///
 /// # Errors
-/// [`Error`] if an input does not fit the model, or the matrix is too large (32 768 freedoms at most).
+/// [`Error`] if an input does not fit the model, or the matrix is too large (16 384 freedoms at most).
 pub fn crba<'w>(
     model: &Model,
     state: &State,
     workspace: &'w mut Workspace,
 ) -> Result<MatRef<'w, f64>, Error> {
-    workspace.check_model(model)?;
-    state.check(model)?;
-    workspace.computed = Computed::default();
+    workspace.set_state(model, state)?;
     let dofs = model.dof_count();
     reserve_square(&mut workspace.mass_matrix, dofs)?;
     let Workspace {
@@ -33,7 +32,6 @@ pub fn crba<'w>(
         ..
     } = workspace;
     in_precision!(arrays, s => {
-        s.set_state(state, model.units().length, &scales.rate);
         s.set_composite_inertias();
         // M in SI: a joint force an acceleration.
         s.for_each_mass(|row, column, value| {
@@ -42,6 +40,14 @@ pub fn crba<'w>(
             mass_matrix[column + row * dofs] = mass;
         });
     });
+    let overflowed = workspace.mass_matrix.iter().position(|m| !m.is_finite());
+    if let Some(index) = overflowed {
+        return Err(Error::Overflow {
+            quantity: "mass matrix",
+            body: body_of_dof(model, index % dofs),
+            time: state.time,
+        });
+    }
     Ok(MatRef::from_column_major_slice(
         &workspace.mass_matrix,
         dofs,
@@ -79,8 +85,8 @@ pub fn crba_forward_dynamics(
     Ok(qdd)
 }
 
-/// Order beyond which no dense matrix is made: 8.6 GB.
-const DENSE_LIMIT: usize = 1 << 15;
+/// Order beyond which no dense matrix is made: 2.1 GB.
+const DENSE_LIMIT: usize = 1 << 14;
 
 fn reserve_square(matrix: &mut Vec<f64>, dofs: usize) -> Result<(), Error> {
     let too_large = Error::DenseTooLarge {

@@ -3,7 +3,8 @@
 use thiserror::Error;
 use vertebra_assembly::ModelError;
 
-/// Why a computation was refused or given up. State and results are as they were before the call.
+/// Why a computation was refused or given up. State and forces are as they were before the call; the
+/// workspace offers no results until a call succeeds.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -12,7 +13,7 @@ pub enum Error {
     Model(#[from] ModelError),
     /// A workspace made for another model.
     #[error(
-        "the workspace was made for the model `{workspace}`, not for `{model}`; make one for it"
+        "the workspace was made for another model (`{workspace}`) than this (`{model}`; clones of one model share workspaces, two built alike do not): make one with Workspace::new"
     )]
     WrongWorkspace {
         /// Model the workspace was made for.
@@ -29,7 +30,7 @@ pub enum Error {
         remedy: &'static str,
     },
     /// A body that is not in the model.
-    #[error("the model `{model}` has no body number {body}")]
+    #[error("the model `{model}` has no body number {body}; take ids from the model itself")]
     UnknownBody {
         /// Name of the model.
         model: String,
@@ -37,7 +38,7 @@ pub enum Error {
         body: usize,
     },
     /// A force, acceleration or step size that is not a finite number.
-    #[error("{quantity} of `{element}` is not finite ({value})")]
+    #[error("{quantity} of `{element}` is not finite ({value}); give a number")]
     NonFiniteInput {
         /// Which number.
         quantity: &'static str,

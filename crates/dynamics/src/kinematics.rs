@@ -11,7 +11,7 @@
 //! the last term only where the linear rates are given in axes that turn with the child (free
 //! joints); a prismatic axis turns with the parent.
 
-use crate::workspace::{Sweeps, in_precision};
+use crate::workspace::{Computed, Sweeps, in_precision};
 use crate::{Error, Workspace, link::Kind};
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{Mat3, Motion, Quat, Real, Transform, Vec3, subspace, vec3};
@@ -20,22 +20,50 @@ use vertebra_spatial::{Mat3, Motion, Quat, Real, Transform, Vec3, subspace, vec3
 /// read them.
 ///
 /// # Errors
-/// [`Error`] if the state does not fit the model or the workspace belongs to another.
+/// [`Error`] if the state does not fit the model, the workspace belongs to another, or a result
+/// overflows.
 pub fn forward_kinematics(
     model: &Model,
     state: &State,
     workspace: &mut Workspace,
 ) -> Result<(), Error> {
-    workspace.check_model(model)?;
-    state.check(model)?;
-    workspace.computed = crate::workspace::Computed::default();
-    let (length, rate) = (model.units().length, &workspace.scales.rate);
-    in_precision!(&mut workspace.arrays, s => {
-        s.set_state(state, length, rate);
+    workspace.set_state(model, state)?;
+    body_poses(workspace)
+}
+
+/// Computes poses and velocities of all bodies for the state of the last [`aba`](crate::aba),
+/// [`rnea`](crate::rnea) or [`crba`](crate::crba), beside its results.
+///
+/// # Errors
+/// [`Error::NotComputed`] if there was none, [`Error::Overflow`].
+pub fn body_poses(workspace: &mut Workspace) -> Result<(), Error> {
+    workspace.require_state()?;
+    let failed = in_precision!(&mut workspace.arrays, s => {
         s.set_positions_and_velocities();
+        (0..s.links.len()).find(|&i| !(s.position[i].is_finite() && s.velocity[i].is_finite()))
     });
+    workspace.refuse_overflow("pose or velocity", failed)?;
     workspace.computed.poses = true;
     Ok(())
+}
+
+impl Workspace {
+    /// Checks model and state and runs the sweep that every algorithm begins with.
+    pub(crate) fn set_state(&mut self, model: &Model, state: &State) -> Result<(), Error> {
+        self.check_model(model)?;
+        state.check(model)?;
+        self.computed = Computed::default();
+        self.time = state.time;
+        let (length, rates) = (model.units().length, &self.scales.rate);
+        let failed = in_precision!(&mut self.arrays, s => {
+            s.set_state(state, length, rates);
+            // Whatever overflowed on the way is in the velocity products.
+            (0..s.links.len()).find(|&i| !s.bias_acceleration[i].is_finite())
+        });
+        self.refuse_overflow("position or velocity", failed)?;
+        self.computed.state = true;
+        Ok(())
+    }
 }
 
 impl<T: Real> Sweeps<T> {
@@ -67,7 +95,7 @@ impl<T: Real> Sweeps<T> {
                     swing,
                     turn,
                 } => {
-                    let (sin, cos) = T::from_f64(q[0]).sin_cos();
+                    let (sin, cos) = T::sin_cos_of(q[0]);
                     rotation = parent * (*still + *swing * cos + *turn * sin);
                     let column = subspace::revolute(rotation * *axis);
                     joint_velocity = column[0] * rates[0];

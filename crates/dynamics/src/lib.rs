@@ -45,7 +45,7 @@ pub use energy::{Mechanics, mechanics};
 pub use error::Error;
 pub use forces::{Forces, Wrench};
 pub use integrate::Integrator;
-pub use kinematics::forward_kinematics;
+pub use kinematics::{body_poses, forward_kinematics};
 pub use precision::Precision;
 pub use residual::{Residual, residual};
 pub use rnea::rnea;

@@ -30,9 +30,10 @@ impl Residual {
     /// The largest of the three.
     #[must_use]
     pub fn max(&self) -> f64 {
-        self.newton_euler
-            .max(self.acceleration)
-            .max(self.joint_force)
+        worst_of(
+            worst_of(self.newton_euler, self.acceleration),
+            self.joint_force,
+        )
     }
 }
 
@@ -71,7 +72,7 @@ pub fn residual(
     let mut balance = newton_euler_rows(s, forces, model, &a, &f);
     for i in (0..s.links.len()).rev() {
         let (row, scale) = balance[i];
-        worst.newton_euler = worst.newton_euler.max(largest(row, scale));
+        worst.newton_euler = worst_of(worst.newton_euler, largest(row, scale));
         if let Some(parent) = s.links[i].parent {
             let (row, scale) = &mut balance[parent];
             let (r, passed) = (s.offset[i], f[i]);
@@ -81,13 +82,13 @@ pub fn residual(
     }
     for i in 0..s.links.len() {
         let (row, scale) = acceleration_rows(s, i, &a);
-        worst.acceleration = worst.acceleration.max(largest(row, scale));
+        worst.acceleration = worst_of(worst.acceleration, largest(row, scale));
         for dof in s.dofs(i) {
             let column = s.subspace[dof];
             let tau = forces.joint[dof] / scales.force[dof];
             let row = column.dot(f[i]) - tau;
             let scale = absolute(column).dot(absolute_force(f[i])) + tau.abs();
-            worst.joint_force = worst.joint_force.max(ratio(row, scale));
+            worst.joint_force = worst_of(worst.joint_force, ratio(row, scale));
         }
     }
     Ok(worst)
@@ -141,14 +142,19 @@ fn acceleration_rows(s: &Sweeps<f64>, i: usize, a: &[Motion<f64>]) -> Rows {
     (motion_array(row), motion_array(scale))
 }
 
+/// The larger of two residuals; NaN, which `f64::max` would drop, is the worst.
+fn worst_of(a: f64, b: f64) -> f64 {
+    if b <= a { a } else { b }
+}
+
 fn ratio(row: f64, scale: f64) -> f64 {
     if row == 0.0 { 0.0 } else { row.abs() / scale }
 }
 
 fn largest(row: [f64; 6], scale: [f64; 6]) -> f64 {
-    row.iter()
-        .zip(scale)
-        .fold(0.0, |worst, (&row, scale)| worst.max(ratio(row, scale)))
+    row.iter().zip(scale).fold(0.0, |worst, (&row, scale)| {
+        worst_of(worst, ratio(row, scale))
+    })
 }
 
 fn add(sum: &mut [f64; 6], terms: [f64; 6]) {

@@ -4,7 +4,7 @@
 //! f = I a + bias - external + sum over children of X' f_child; tau = S' f.
 
 use crate::forces::check_dofs;
-use crate::workspace::{Computed, Sweeps, in_precision};
+use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Workspace, finite_results};
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{MotionSubspace, Real};
@@ -22,11 +22,9 @@ pub fn rnea<'w>(
     forces: &Forces,
     workspace: &'w mut Workspace,
 ) -> Result<&'w [f64], Error> {
-    workspace.check_model(model)?;
-    state.check(model)?;
     forces.check(model)?;
     check_dofs(model, "joint accelerations", "joint acceleration", qdd)?;
-    workspace.computed = Computed::default();
+    workspace.set_state(model, state)?;
     let Workspace {
         scales,
         arrays,
@@ -34,7 +32,6 @@ pub fn rnea<'w>(
         ..
     } = workspace;
     in_precision!(arrays, s => {
-        s.set_state(state, model.units().length, &scales.rate);
         s.set_external(forces, model.units());
         for (u, (&qdd, &scale)) in s.u.iter_mut().zip(qdd.iter().zip(&scales.acceleration)) {
             *u = Real::from_f64(qdd / scale);

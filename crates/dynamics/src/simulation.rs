@@ -2,10 +2,10 @@
 
 use crate::integrate::{Stages, Step};
 use crate::{
-    BodyMotion, Error, Forces, Integrator, Mechanics, Precision, Workspace, finite_results,
-    forward_kinematics, mechanics,
+    BodyMotion, Error, Forces, Integrator, Mechanics, Precision, Workspace, aba, body_poses,
+    finite_results, forward_kinematics, joint_wrenches, mechanics,
 };
-use vertebra_assembly::{BodyId, Model, State};
+use vertebra_assembly::{Body, BodyId, Model, State};
 use vertebra_spatial::Pose;
 
 /// A model, its state, the forces on it, and all memory that steps need: none is taken later.
@@ -119,8 +119,17 @@ impl Simulation {
         )?;
         let time = self.state.time;
         finite_results(&self.model, "joint rate", &self.next.qd, time)?;
-        // Overflow of a position, and quaternions that left the group.
-        self.next.check(&self.model)?;
+        let overflowed = |body: &&Body| {
+            let q = &self.next.q[body.position_range()];
+            !q.iter().all(|q| q.is_finite())
+        };
+        if let Some(body) = self.model.bodies().iter().find(overflowed) {
+            return Err(Error::Overflow {
+                quantity: "joint position",
+                body: body.name.clone(),
+                time,
+            });
+        }
         core::mem::swap(&mut self.state, &mut self.next);
         Ok(())
     }
@@ -151,13 +160,29 @@ impl Simulation {
         Ok(())
     }
 
+    /// Solves the dynamics of the current state under the current forces and gives the workspace to
+    /// read from: joint and body accelerations, joint wrenches, poses and velocities.
+    ///
+    /// # Errors
+    /// [`Error`] as for a step.
+    pub fn solve(&mut self) -> Result<&Workspace, Error> {
+        self.posed = false;
+        aba(&self.model, &self.state, &self.forces, &mut self.workspace)?;
+        joint_wrenches(&mut self.workspace)?;
+        body_poses(&mut self.workspace)?;
+        self.posed = true;
+        Ok(&self.workspace)
+    }
+
     /// Energies, momenta and centre of mass.
     ///
     /// # Errors
     /// [`Error::Overflow`].
     pub fn mechanics(&mut self) -> Result<Mechanics, Error> {
+        self.posed = false;
+        let sums = mechanics(&self.model, &self.state, &mut self.workspace)?;
         // Its kinematics are those of the state.
         self.posed = true;
-        mechanics(&self.model, &self.state, &mut self.workspace)
+        Ok(sums)
     }
 }

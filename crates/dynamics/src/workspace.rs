@@ -17,6 +17,8 @@ pub struct Workspace {
     pub(crate) scales: Scales,
     pub(crate) arrays: Arrays,
     pub(crate) computed: Computed,
+    /// Time of the state that was set last \[s\].
+    pub(crate) time: f64,
     /// Joint accelerations [rad/s^2 or m/s^2].
     pub(crate) qdd: Vec<f64>,
     /// Joint forces [N m or N].
@@ -34,6 +36,12 @@ pub struct BodyMotion {
     pub linear: DVec3,
 }
 
+impl BodyMotion {
+    fn is_finite(&self) -> bool {
+        self.angular.is_finite() && self.linear.is_finite()
+    }
+}
+
 /// Force on a body, in world axes about the origin of its joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyForce {
@@ -46,6 +54,7 @@ pub struct BodyForce {
 /// Which results are those of the last state given.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Computed {
+    pub(crate) state: bool,
     pub(crate) poses: bool,
     pub(crate) accelerations: bool,
     pub(crate) joint_wrenches: bool,
@@ -104,8 +113,8 @@ pub(crate) struct Sweeps<T> {
     pub(crate) articulated: Vec<ArticulatedInertia<T>>,
     /// Bias force pA.
     pub(crate) bias: Vec<Force<T>>,
-    /// Inertia [rotation, translation] that the children's joints have not let go yet: a pivot
-    /// below rounding of it says nothing.
+    /// Inertia [rotation, translation] of the body itself and of what arrives from its children
+    /// before their joints let go: a pivot below rounding of it says nothing.
     pub(crate) carried: Vec<[T; 2]>,
     /// U = IA S, one column a degree of freedom.
     pub(crate) u_columns: Vec<Force<T>>,
@@ -181,6 +190,7 @@ impl Workspace {
             scales: Scales::of_model(model),
             arrays,
             computed: Computed::default(),
+            time: 0.0,
             qdd: vec![0.0; model.dof_count()],
             tau: vec![0.0; model.dof_count()],
             mass_matrix: Vec::new(),
@@ -208,6 +218,26 @@ impl Workspace {
         })
     }
 
+    pub(crate) fn require_state(&self) -> Result<(), Error> {
+        require(self.computed.state, "kinematics", "forward_kinematics")
+    }
+
+    /// Names the body whose result overflowed, if one did.
+    pub(crate) fn refuse_overflow(
+        &self,
+        quantity: &'static str,
+        body: Option<usize>,
+    ) -> Result<(), Error> {
+        match body {
+            None => Ok(()),
+            Some(body) => Err(Error::Overflow {
+                quantity,
+                body: self.model.bodies()[body].name.clone(),
+                time: self.time,
+            }),
+        }
+    }
+
     pub(crate) fn check_body(&self, body: BodyId) -> Result<usize, Error> {
         if body.index() < self.model.bodies().len() {
             return Ok(body.index());
@@ -231,7 +261,7 @@ impl Workspace {
     /// Where a body's frame is in the world.
     ///
     /// # Errors
-    /// [`Error::NotComputed`], [`Error::UnknownBody`].
+    /// [`Error::NotComputed`], [`Error::UnknownBody`], [`Error::Overflow`].
     pub fn pose(&self, body: BodyId) -> Result<Pose, Error> {
         require(self.computed.poses, "poses", "forward_kinematics")?;
         let i = self.check_body(body)?;
@@ -241,13 +271,15 @@ impl Workspace {
             (Pose::new(rotation, s.position[i].to_glam()), s.links[i].body_frame)
         });
         let pose = joint * frame;
-        Ok(Pose::new(pose.rotation, pose.translation * length))
+        let pose = Pose::new(pose.rotation, pose.translation * length);
+        self.refuse_overflow("pose", (!pose.translation.is_finite()).then_some(i))?;
+        Ok(pose)
     }
 
     /// Velocity of a body: angular [rad/s], and linear of its frame's origin [m/s].
     ///
     /// # Errors
-    /// [`Error::NotComputed`], [`Error::UnknownBody`].
+    /// [`Error::NotComputed`], [`Error::UnknownBody`], [`Error::Overflow`].
     pub fn velocity(&self, body: BodyId) -> Result<BodyMotion, Error> {
         require(self.computed.poses, "velocities", "forward_kinematics")?;
         let i = self.check_body(body)?;
@@ -255,17 +287,19 @@ impl Workspace {
         let velocity = in_precision!(&self.arrays, s => {
             in_f64(s.velocity[i]).shifted(s.frame_origin(i))
         });
-        Ok(BodyMotion {
+        let velocity = BodyMotion {
             angular: velocity.angular.to_glam() / units.time,
             linear: velocity.linear.to_glam() * units.velocity(),
-        })
+        };
+        self.refuse_overflow("velocity", (!velocity.is_finite()).then_some(i))?;
+        Ok(velocity)
     }
 
     /// Acceleration of a body in world axes: angular [rad/s^2], and linear of its frame's origin as
     /// an observer at rest sees it [m/s^2].
     ///
     /// # Errors
-    /// [`Error::NotComputed`], [`Error::UnknownBody`].
+    /// [`Error::NotComputed`], [`Error::UnknownBody`], [`Error::Overflow`].
     pub fn acceleration(&self, body: BodyId) -> Result<BodyMotion, Error> {
         require(self.computed.accelerations, "accelerations", "aba")?;
         let i = self.check_body(body)?;
@@ -275,17 +309,19 @@ impl Workspace {
             let seen = (in_f64(s.acceleration[i]) - in_f64(s.base)).shifted(r);
             Motion::new(seen.angular, seen.linear + w.cross(w.cross(r)))
         });
-        Ok(BodyMotion {
+        let acceleration = BodyMotion {
             angular: acceleration.angular.to_glam() / (units.time * units.time),
             linear: acceleration.linear.to_glam() * units.acceleration(),
-        })
+        };
+        self.refuse_overflow("acceleration", (!acceleration.is_finite()).then_some(i))?;
+        Ok(acceleration)
     }
 
     /// Force that a body's joint transmits to it, constraint and joint force together, in world
     /// axes about the joint's origin: moment [N m], force \[N\].
     ///
     /// # Errors
-    /// [`Error::NotComputed`], [`Error::UnknownBody`].
+    /// [`Error::NotComputed`], [`Error::UnknownBody`], [`Error::Overflow`].
     pub fn joint_wrench(&self, body: BodyId) -> Result<BodyForce, Error> {
         require(
             self.computed.joint_wrenches,
@@ -295,10 +331,13 @@ impl Workspace {
         let i = self.check_body(body)?;
         let units = self.model.units();
         let force = in_precision!(&self.arrays, s => in_f64_force(s.joint_wrench[i]));
-        Ok(BodyForce {
+        let wrench = BodyForce {
             moment: force.angular.to_glam() * units.energy(),
             force: force.linear.to_glam() * units.force(),
-        })
+        };
+        let finite = wrench.moment.is_finite() && wrench.force.is_finite();
+        self.refuse_overflow("joint force", (!finite).then_some(i))?;
+        Ok(wrench)
     }
 }
 

@@ -11,11 +11,12 @@ pub struct SmallCholesky<T> {
 
 impl<T: Real> SmallCholesky<T> {
     /// Factors the leading `order` x `order` part of the symmetric matrix `d` (its lower triangle
-    /// is read).
+    /// is read); an order above six means six.
     ///
     /// # Errors
     /// The index of the first pivot that is not above `floors[index]`; NaN is not above anything.
     pub fn factor(order: usize, d: &[[T; 6]; 6], floors: &[T; 6]) -> Result<Self, usize> {
+        let order = order.min(6);
         let mut lower = [[T::ZERO; 6]; 6];
         for j in 0..order {
             let mut pivot = d[j][j];
@@ -39,9 +40,9 @@ impl<T: Real> SmallCholesky<T> {
         Ok(Self { order, lower })
     }
 
-    /// Replaces `b` by D^-1 b, shape \[order\].
+    /// Replaces the first `order` entries of `b` by those of D^-1 b.
     #[inline]
-    pub fn solve(&self, b: &mut [T]) {
+    pub fn solve(&self, b: &mut [T; 6]) {
         self.solve_lower(b);
         let n = self.order;
         for i in (0..n).rev() {
@@ -52,9 +53,9 @@ impl<T: Real> SmallCholesky<T> {
         }
     }
 
-    /// Replaces `b` by L^-1 b, shape \[order\].
+    /// Replaces the first `order` entries of `b` by those of L^-1 b.
     #[inline]
-    pub fn solve_lower(&self, b: &mut [T]) {
+    pub fn solve_lower(&self, b: &mut [T; 6]) {
         for i in 0..self.order {
             for k in 0..i {
                 b[i] -= self.lower[i][k] * b[k];

@@ -24,6 +24,13 @@ impl<T: Real> Force<T> {
         Self { angular, linear }
     }
 
+    /// Whether no component is infinite or NaN.
+    #[inline]
+    #[must_use]
+    pub fn is_finite(self) -> bool {
+        self.angular.is_finite() && self.linear.is_finite()
+    }
+
     /// A force given about this origin, about the point from which this origin lies at `r`:
     /// X' = [1 r~; 0 1], the transpose of [`Motion::shifted`](crate::Motion::shifted)'s X.
     #[inline]

@@ -76,13 +76,6 @@ impl<T: Real> Mat3<T> {
         Self::from_cols(a * b.x, a * b.y, a * b.z)
     }
 
-    /// The columns, as arrays.
-    #[inline]
-    #[must_use]
-    pub fn to_cols_array(self) -> [[T; 3]; 3] {
-        [self.x_axis, self.y_axis, self.z_axis].map(Vec3::to_array)
-    }
-
     /// The transposed matrix.
     #[inline]
     #[must_use]

@@ -32,6 +32,13 @@ impl<T: Real> Motion<T> {
         Self::new(self.angular, self.linear + self.angular.cross(r))
     }
 
+    /// Whether no component is infinite or NaN.
+    #[inline]
+    #[must_use]
+    pub fn is_finite(self) -> bool {
+        self.angular.is_finite() && self.linear.is_finite()
+    }
+
     /// Power \[W\] of a force acting on this velocity; the pairing of motion and force vectors.
     #[inline]
     #[must_use]

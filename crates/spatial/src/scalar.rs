@@ -49,6 +49,9 @@ pub trait Real:
     fn abs(self) -> Self;
     /// Sine and cosine of an angle \[rad\].
     fn sin_cos(self) -> (Self, Self);
+    /// Sine and cosine of an angle given in f64 \[rad\], accurate in this precision: rounding a large
+    /// angle first would lose the digits that matter.
+    fn sin_cos_of(angle: f64) -> (Self, Self);
     /// Four-quadrant arctangent of `self / other` \[rad\].
     fn atan2(self, other: Self) -> Self;
     /// Neither infinite nor NaN.
@@ -91,6 +94,11 @@ macro_rules! impl_real {
             #[inline]
             fn sin_cos(self) -> (Self, Self) {
                 self.sin_cos()
+            }
+            #[inline]
+            fn sin_cos_of(angle: f64) -> (Self, Self) {
+                let (sin, cos) = angle.sin_cos();
+                ($round(sin), $round(cos))
             }
             #[inline]
             fn atan2(self, other: Self) -> Self {

@@ -79,6 +79,13 @@ impl<T: Real> Vec3<T> {
         vec3(self.x.abs(), self.y.abs(), self.z.abs())
     }
 
+    /// Whether no component is infinite or NaN.
+    #[inline]
+    #[must_use]
+    pub fn is_finite(self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
+    }
+
     /// The components in order.
     #[inline]
     #[must_use]

@@ -8,18 +8,21 @@
 //! Conventions (frames, order, units) stand in the documentation of [`spatial`].
 
 pub use glam;
+#[cfg(feature = "urdf")]
+pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
     self as assembly, Body, BodyDescription, BodyId, Frame, FrameDescription, Joint, JointKind,
     JointLimits, MassProperties, Mimic, Model, ModelDescription, ModelError, NotSimulated, Random,
     State, Units, generate,
 };
 pub use vertebra_collision::{
-    self as collision, MeshError, Method, PlyPart, Query, QueryError, TriangleMesh, write_ply,
+    self as collision, MeshError, Method, PlyPart, Query, QueryError, RelativePose, TriangleMesh,
+    write_ply,
 };
 pub use vertebra_dynamics::{
     self as dynamics, BodyForce, BodyMotion, Error, Forces, Integrator, Mechanics, Precision,
-    Residual, Simulation, Workspace, Wrench, aba, crba, crba_forward_dynamics, forward_kinematics,
-    joint_wrenches, mechanics, residual, rnea,
+    Residual, Simulation, Workspace, Wrench, aba, body_poses, crba, crba_forward_dynamics,
+    forward_kinematics, joint_wrenches, mechanics, residual, rnea,
 };
 pub use vertebra_spatial::{self as spatial, Pose};
 
