@@ -20,6 +20,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Measure scenarios, or your own files, and write tables and plots.
+    #[command(after_help = BENCH_EXAMPLES)]
     Bench(Box<BenchArgs>),
     /// Judge one run against another, row by row.
     Compare(CompareArgs),
@@ -34,6 +35,22 @@ pub enum Command {
     /// Write a scenario's inputs for other tools.
     Export(ExportArgs),
 }
+
+const BENCH_EXAMPLES: &str = "\
+Examples:
+  vertebra-bench bench --quick
+      everything, within a minute
+  vertebra-bench bench dynamics --method aba,step --precision f64 --sizes 64,1000
+      two methods on chains of two lengths
+  vertebra-bench bench --model robot.urdf --floating-base --frames motion.json
+      your robot, and how it moves
+  vertebra-bench bench --mesh-a cup.obj --mesh-b spoon.stl --pose-b 0,0,0.1,0,0,0,1 --hits hits.ply
+      your meshes, and which of their triangles collide
+  vertebra-bench bench --compare old/results.json --fail-on-regression
+      against an earlier run
+
+The exit status is 1 when something could not be measured or written, or got worse with
+--fail-on-regression; 130 after Ctrl-C, when what was measured until then is written.";
 
 /// Options of `bench`.
 #[derive(Args, Debug)]
@@ -57,7 +74,7 @@ pub struct BenchArgs {
     /// Numbers of bodies of the chains.
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
     pub sizes: Vec<u32>,
-    /// Numbers of threads; one and all by default.
+    /// Numbers of threads; one and all by default, and never more than there are.
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Vec<u32>,
     /// Seed of everything random.

@@ -141,8 +141,8 @@ impl Verdict {
 /// Compares two runs row by row; rows are matched by [`Key`].
 ///
 /// A row is faster or slower when the two medians differ by more than 5 % and each lies outside the
-/// other row's range from fastest to slowest sample; otherwise the times are the same. Its error is
-/// better or worse when a figure changed by more than a factor of two, where figures below the
+/// other row's quartiles ([`Row::middle_half_s`]), which a few samples that something else held up
+/// do not move; otherwise the times are the same. Its error is better or worse when a figure changed by more than a factor of two, where figures below the
 /// rounding unit of f64 count as that unit; a wrong pair where there was none is worse, and so is a
 /// figure that the new run no longer has.
 #[must_use]
@@ -206,7 +206,10 @@ fn unmatched(key: Key, side: Side, repeated: bool, others: &[Row]) -> Verdict {
 
 fn speed(old: &Row, new: &Row) -> Speed {
     let ratio = new.time_median_s / old.time_median_s;
-    let inside = |median: f64, row: &Row| (row.time_min_s..=row.time_max_s).contains(&median);
+    let inside = |median: f64, row: &Row| {
+        let (q1, q3) = row.middle_half_s();
+        (q1..=q3).contains(&median)
+    };
     if inside(new.time_median_s, old) || inside(old.time_median_s, new) {
         Speed::Same
     } else if ratio > TIME_TOLERANCE {
@@ -325,6 +328,7 @@ pub fn to_table(verdicts: &[Verdict]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::Timing;
     use crate::row::tests::row;
 
     fn base() -> Row {
@@ -350,16 +354,43 @@ mod tests {
         assert_eq!(judge(&old, &old).0, Speed::Same);
         assert_eq!(judge(&old, &scaled(1.5)).0, Speed::Slower);
         assert_eq!(judge(&old, &scaled(0.5)).0, Speed::Faster);
-        // The ranges separate, but by less than 5 %.
+        // The quartiles separate, but by less than 5 %.
         assert_eq!(judge(&old, &scaled(1.04)).0, Speed::Same);
         assert_eq!(judge(&old, &scaled(0.96)).0, Speed::Same);
-        // Twice as slow in the median, but one old sample was slower still.
+        // Twice as slow in the median, but a quarter of the old samples were slower still.
         let noisy = Row {
+            time_q3_s: Some(2.5e-3),
             time_max_s: 3e-3,
             ..old.clone()
         };
         assert_eq!(judge(&noisy, &scaled(2.0)).0, Speed::Same);
         assert_eq!(judge(&scaled(2.0), &noisy).0, Speed::Same);
+    }
+
+    #[test]
+    fn one_outlier_does_not_hide_a_change() {
+        let sampled = |median: f64, outlier: f64| {
+            let mut samples: Vec<f64> = (0..19)
+                .map(|i| median * (1.0 + 1e-3 * (f64::from(i) - 9.0)))
+                .collect();
+            samples.push(outlier);
+            let timing = Timing::from_samples(samples).unwrap();
+            Row {
+                device: "Test CPU".to_owned(),
+                error_forward: Some(1e-13),
+                ..Row::new("chain", "aba", "f64", 128, "bodies", &timing)
+            }
+        };
+        let (old, new) = (sampled(1e-3, 9e-3), sampled(2e-3, 0.5e-3));
+        assert_eq!(judge(&old, &new).0, Speed::Slower);
+        assert_eq!(judge(&new, &old).0, Speed::Faster);
+        // Without quartiles the range is all there is, and it covers the change.
+        let without = |row: &Row| Row {
+            time_q1_s: None,
+            time_q3_s: None,
+            ..row.clone()
+        };
+        assert_eq!(judge(&without(&old), &new).0, Speed::Same);
     }
 
     #[test]

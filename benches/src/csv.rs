@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::row::Row;
 
 /// The columns, in the order of the fields of [`Row`].
-pub const COLUMNS: [&str; 22] = [
+pub const COLUMNS: [&str; 24] = [
     "scenario",
     "method",
     "precision",
@@ -17,6 +17,8 @@ pub const COLUMNS: [&str; 22] = [
     "size_unit",
     "time_median_s",
     "time_min_s",
+    "time_q1_s",
+    "time_q3_s",
     "time_max_s",
     "samples",
     "error_forward",

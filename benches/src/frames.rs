@@ -3,6 +3,7 @@
 use crate::interrupt::Interrupt;
 use crate::results::write_atomically;
 use crate::scenario::model::Subject;
+use anyhow::Context;
 use serde::Serialize;
 use std::path::Path;
 use vertebra::generate::{self, Rod};
@@ -36,10 +37,10 @@ struct Frame {
 }
 
 /// Moves the subject, or a chain of 128, from its first random input and writes the poses. Ctrl-C
-/// ends the motion early.
+/// ends the motion early, and so does a step that fails: what moved until then is written.
 ///
 /// # Errors
-/// If a step fails or the file cannot be written.
+/// If a step fails, after the file is written, or if the file cannot be written.
 pub fn write_frames(
     path: &Path,
     subject: Option<&Subject>,
@@ -59,11 +60,9 @@ pub fn write_frames(
         .simulation(Precision::F64, state, forces)?
         .with_integrator(Integrator::RungeKutta4);
     let mut frames = vec![frame(&mut simulation)?];
-    while simulation.state().time < DURATION && !interrupt.requested() {
-        for _ in 0..STEPS {
-            simulation.step(FRAME / STEPS as f64)?;
-        }
-        frames.push(frame(&mut simulation)?);
+    let mut moved = Ok(());
+    while moved.is_ok() && simulation.state().time < DURATION && !interrupt.requested() {
+        moved = next_frame(&mut simulation).map(|frame| frames.push(frame));
     }
     let model = &subject.model;
     let file = Frames {
@@ -86,7 +85,20 @@ pub fn write_frames(
             first.energy, last.energy
         );
     }
-    Ok(())
+    moved.with_context(|| {
+        let time = simulation.state().time;
+        format!(
+            "the motion ended at {time:.4} s of {DURATION} s; {} holds it until then",
+            path.display()
+        )
+    })
+}
+
+fn next_frame(simulation: &mut Simulation) -> anyhow::Result<Frame> {
+    for _ in 0..STEPS {
+        simulation.step(FRAME / STEPS as f64)?;
+    }
+    frame(simulation)
 }
 
 fn frame(simulation: &mut Simulation) -> anyhow::Result<Frame> {

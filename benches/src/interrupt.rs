@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Exit status of a process that SIGINT ended, by the shells' convention 128 + 2.
-const INTERRUPTED: i32 = 130;
+pub const EXIT_STATUS: u8 = 130;
 
 /// A flag that asks the measurement loops to stop. Clones share it.
 #[derive(Debug, Clone, Default)]
@@ -23,7 +23,7 @@ impl Interrupt {
         let raised = interrupt.clone();
         ctrlc::set_handler(move || {
             if raised.requested.swap(true, Ordering::SeqCst) {
-                std::process::exit(INTERRUPTED);
+                std::process::exit(EXIT_STATUS.into());
             }
             eprintln!(
                 "\nstopping after this sample and writing what was measured; Ctrl-C again to quit at once"

@@ -8,19 +8,21 @@
 use clap::Parser;
 use std::process::ExitCode;
 use vertebra_bench::cli::{Cli, Command, CompareArgs, ReportArgs};
-use vertebra_bench::{compare, export, results, run, selftest};
+use vertebra_bench::run::Outcome;
+use vertebra_bench::{compare, export, interrupt, results, run, selftest};
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Bench(arguments) => run::bench(&arguments),
-        Command::Compare(arguments) => judge(&arguments),
-        Command::Report(arguments) => report(&arguments).map(|()| true),
-        Command::Selftest { figures } => Ok(selftest::selftest(figures)),
-        Command::Export(arguments) => export::export(&arguments).map(|()| true),
+        Command::Compare(arguments) => judge(&arguments).map(Outcome::of),
+        Command::Report(arguments) => report(&arguments).map(|()| Outcome::Success),
+        Command::Selftest { figures } => Ok(Outcome::of(selftest::selftest(figures))),
+        Command::Export(arguments) => export::export(&arguments).map(|()| Outcome::Success),
     };
     match outcome {
-        Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => ExitCode::FAILURE,
+        Ok(Outcome::Success) => ExitCode::SUCCESS,
+        Ok(Outcome::Failure) => ExitCode::FAILURE,
+        Ok(Outcome::Interrupted) => ExitCode::from(interrupt::EXIT_STATUS),
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE

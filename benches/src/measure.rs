@@ -14,13 +14,18 @@ const LONG_CALL: Duration = Duration::from_micros(20);
 /// Repeated calls fill at least this much of a sample.
 const BATCH: Duration = Duration::from_micros(200);
 
-/// Times of the samples of one measurement \[s\]; finite, with minimum <= median <= maximum.
+/// Times of the samples of one measurement \[s\]; finite, with minimum <= first quartile <= median
+/// <= third quartile <= maximum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timing {
     /// Median \[s\]; the mean of the middle two when their number is even.
     pub median_s: f64,
     /// Fastest sample \[s\].
     pub min_s: f64,
+    /// First quartile \[s\]: a quarter of the samples are faster.
+    pub q1_s: f64,
+    /// Third quartile \[s\]: a quarter of the samples are slower.
+    pub q3_s: f64,
     /// Slowest sample \[s\].
     pub max_s: f64,
     /// Number of samples.
@@ -35,20 +40,25 @@ impl Timing {
             return None;
         }
         samples.sort_by(f64::total_cmp);
-        let (min_s, max_s) = (*samples.first()?, *samples.last()?);
-        let middle = samples.len() / 2;
-        let median_s = if samples.len() % 2 == 1 {
-            samples[middle]
-        } else {
-            0.5 * (samples[middle - 1] + samples[middle])
-        };
         Some(Self {
-            median_s,
-            min_s,
-            max_s,
+            median_s: quartile(&samples, 2)?,
+            min_s: *samples.first()?,
+            q1_s: quartile(&samples, 1)?,
+            q3_s: quartile(&samples, 3)?,
+            max_s: *samples.last()?,
             samples: samples.len(),
         })
     }
+}
+
+/// The first, second or third quartile of sorted samples, between the two nearest in proportion
+/// (R. J. Hyndman and Y. Fan, "Sample quantiles in statistical packages", The American Statistician
+/// 50(4), 1996, definition 7); `None` when there are no samples.
+fn quartile(sorted: &[f64], number: usize) -> Option<f64> {
+    let quarters = number * sorted.len().checked_sub(1)?;
+    let below = *sorted.get(quarters / 4)?;
+    let above = sorted.get(quarters / 4 + 1).copied().unwrap_or(below);
+    Some(below + (quarters % 4) as f64 / 4.0 * (above - below))
 }
 
 /// How long to measure.
@@ -164,7 +174,7 @@ mod tests {
     use std::thread::sleep;
 
     #[test]
-    fn the_median_of_odd_and_even_counts() {
+    fn the_median_and_quartiles_of_odd_and_even_counts() {
         let odd = Timing::from_samples(vec![3.0, 1.0, 2.0]).unwrap();
         assert_eq!(
             (odd.median_s, odd.min_s, odd.max_s, odd.samples),
@@ -175,6 +185,12 @@ mod tests {
             (even.median_s, even.min_s, even.max_s, even.samples),
             (3.0, 1.0, 8.0, 4)
         );
+        assert_eq!((odd.q1_s, odd.q3_s), (1.5, 2.5));
+        assert_eq!((even.q1_s, even.q3_s), (1.75, 5.0));
+        let five = Timing::from_samples(vec![5.0, 90.0, 1.0, 3.0, 2.0]).unwrap();
+        assert_eq!((five.q1_s, five.median_s, five.q3_s), (2.0, 3.0, 5.0));
+        let one = Timing::from_samples(vec![7.0]).unwrap();
+        assert_eq!((one.q1_s, one.median_s, one.q3_s), (7.0, 7.0, 7.0));
         assert_eq!(Timing::from_samples(vec![]), None);
         assert_eq!(Timing::from_samples(vec![1.0, f64::NAN]), None);
     }
@@ -206,8 +222,10 @@ mod tests {
         );
         assert!(
             timing.min_s > 0.0
-                && timing.min_s <= timing.median_s
-                && timing.median_s <= timing.max_s
+                && timing.min_s <= timing.q1_s
+                && timing.q1_s <= timing.median_s
+                && timing.median_s <= timing.q3_s
+                && timing.q3_s <= timing.max_s
         );
 
         let mut calls = 0;

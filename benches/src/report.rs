@@ -13,12 +13,17 @@ const SOURCE: &str = "Y. Lee, *Parallel collision detection and dynamics simulat
 const LEGEND: &str = "\
 ## How to read the tables
 
-- **median**, **min..max**: time of one call over the samples, after a warm-up call. Calls shorter than 20 µs are timed \
-in groups.
+- **median**: time of one call over the samples, after a warm-up call. Calls shorter than 20 µs are timed in groups.
+- **q1..q3**: first to third quartile of the samples, between which the middle half of them lies; the fastest to the \
+slowest sample where a run recorded no quartiles.
 - **prec**: floating-point type of the computation; **on**: kind of device; **thr**: threads.
 - **forward**: largest difference from the reference result over the largest reference value.
 - **residual**: largest amount by which the result fails an equation it should satisfy, over the terms of that equation.
-- **false/missed**: pairs reported that do not intersect in exact arithmetic, and pairs that do and were not reported.
+- **false/missed**: pairs reported that do not intersect in exact arithmetic, and pairs that do and were not \
+reported. The reference is a list made apart from the queries measured: both meshes' triangles, posed in f64, are swept \
+along one axis, and those whose f64 extents overlap go through the exact test of two triangles. So it shares that test \
+with the exact methods, but none of their culling and none of their threads; the test itself is held against lists from \
+rational arithmetic by the test suite.
 - **published**, **ratio**: time published by the source for the same size on its own hardware, and how many times faster \
 this run was. The ratio compares two machines more than ten years apart as much as two programs.
 ";

@@ -147,9 +147,7 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> Result<(), ResultsError
             source,
         })?;
     }
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let part = path.with_file_name(name);
+    let part = part_of(path);
     let written = File::create(&part).and_then(|mut file| {
         file.write_all(contents)?;
         file.sync_all()?;
@@ -161,6 +159,30 @@ pub fn write_atomically(path: &Path, contents: &[u8]) -> Result<(), ResultsError
         drop(fs::remove_file(&part));
         io_error(source)
     })
+}
+
+/// The name under which a file is written before it is whole.
+fn part_of(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    path.with_file_name(name)
+}
+
+/// Checks that [`write_atomically`] could write this file, by making and removing an empty part of
+/// it; a file there stays as it is.
+///
+/// # Errors
+/// When the folder cannot be made or nothing can be written in it, or the path is a folder.
+pub fn check_writable(path: &Path) -> Result<(), ResultsError> {
+    if path.is_dir() {
+        return Err(ResultsError::Io {
+            path: path.to_owned(),
+            source: io::ErrorKind::IsADirectory.into(),
+        });
+    }
+    let part = part_of(path);
+    write_atomically(&part, &[])?;
+    fs::remove_file(&part).map_err(|source| ResultsError::Io { path: part, source })
 }
 
 #[cfg(test)]
@@ -275,6 +297,25 @@ mod tests {
             write_atomically(&taken, b"text"),
             Err(ResultsError::Io { .. })
         ));
+        assert!(check_writable(&taken).is_err());
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn the_check_makes_the_folder_and_leaves_the_file() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("new/file.ply");
+        check_writable(&path).unwrap();
+        assert_eq!(fs::read_dir(dir.path().join("new")).unwrap().count(), 0);
+        fs::write(&path, "old").unwrap();
+        check_writable(&path).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert!(check_writable(&path.join("below a file")).is_err());
+    }
+
+    #[test]
+    fn the_published_results_can_be_read() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/results");
+        assert!(!read_results(&folder).unwrap().is_empty());
     }
 }

@@ -38,6 +38,10 @@ pub struct Row {
     pub time_median_s: f64,
     /// Time of the fastest sample \[s\].
     pub time_min_s: f64,
+    /// First quartile of the samples \[s\]; absent in results of earlier versions.
+    pub time_q1_s: Option<f64>,
+    /// Third quartile of the samples \[s\]; absent in results of earlier versions.
+    pub time_q3_s: Option<f64>,
     /// Time of the slowest sample \[s\].
     pub time_max_s: f64,
     /// Samples taken, after a warm-up \[count\].
@@ -99,6 +103,8 @@ impl Row {
             size_unit: size_unit.to_owned(),
             time_median_s: timing.median_s,
             time_min_s: timing.min_s,
+            time_q1_s: Some(timing.q1_s),
+            time_q3_s: Some(timing.q3_s),
             time_max_s: timing.max_s,
             samples: timing.samples,
             error_forward: None,
@@ -113,6 +119,16 @@ impl Row {
         }
     }
 
+    /// The times between which the middle half of the samples lies \[s\], or all of them in a row
+    /// that has no quartiles.
+    #[must_use]
+    pub fn middle_half_s(&self) -> (f64, f64) {
+        (
+            self.time_q1_s.unwrap_or(self.time_min_s),
+            self.time_q3_s.unwrap_or(self.time_max_s),
+        )
+    }
+
     /// Pairs that are wrong either way, when both kinds were counted \[count\].
     #[must_use]
     pub fn wrong_pairs(&self) -> Option<u64> {
@@ -122,8 +138,8 @@ impl Row {
     /// Checks that the row may be written.
     ///
     /// # Errors
-    /// When a name is empty, a number is not finite or negative, the three times are not ordered
-    /// and positive, no sample was taken, or no error figure is set.
+    /// When a name is empty, a number is not finite or negative, the times are not ordered and
+    /// positive, no sample was taken, or no error figure is set.
     pub fn validate(&self) -> Result<(), RowError> {
         let case = || Case {
             scenario: self.scenario.clone(),
@@ -148,6 +164,8 @@ impl Row {
         for (field, value) in [
             ("time_median_s", Some(self.time_median_s)),
             ("time_min_s", Some(self.time_min_s)),
+            ("time_q1_s", self.time_q1_s),
+            ("time_q3_s", self.time_q3_s),
             ("time_max_s", Some(self.time_max_s)),
             ("error_forward", self.error_forward),
             ("error_residual", self.error_residual),
@@ -161,9 +179,9 @@ impl Row {
                 });
             }
         }
-        let ordered =
-            self.time_min_s <= self.time_median_s && self.time_median_s <= self.time_max_s;
-        if !ordered || self.time_min_s <= 0.0 || self.reference_time_s == Some(0.0) {
+        let (q1, q3) = self.middle_half_s();
+        let times = [self.time_min_s, q1, self.time_median_s, q3, self.time_max_s];
+        if !times.is_sorted() || self.time_min_s <= 0.0 || self.reference_time_s == Some(0.0) {
             return Err(RowError::Times { case: case() });
         }
         if self.samples == 0 || self.threads == 0 || self.size == 0 {
@@ -228,7 +246,7 @@ pub enum RowError {
     },
     /// The times contradict each other.
     #[error(
-        "{case}: times must be positive, with minimum <= median <= maximum; take them from `measure::sample`"
+        "{case}: times must be positive, with minimum <= first quartile <= median <= third quartile <= maximum; take them from `measure::sample`"
     )]
     Times {
         /// The row.
@@ -322,6 +340,11 @@ pub(crate) mod tests {
         };
         assert!(matches!(bad.validate(), Err(RowError::Times { .. })));
         let bad = Row {
+            time_q3_s: Some(0.5e-3),
+            ..good.clone()
+        };
+        assert!(matches!(bad.validate(), Err(RowError::Times { .. })));
+        let bad = Row {
             samples: 0,
             ..good.clone()
         };
@@ -337,5 +360,17 @@ pub(crate) mod tests {
                 ..
             })
         ));
+    }
+    #[test]
+    fn a_row_of_an_earlier_version_has_its_range_for_quartiles() {
+        let row = row("chain", "aba", "f64", 128, 1e-3);
+        assert!(row.time_min_s < row.middle_half_s().0 && row.middle_half_s().1 < row.time_max_s);
+        let mut fields = serde_json::to_value(&row).unwrap();
+        for field in ["time_q1_s", "time_q3_s"] {
+            assert!(fields.as_object_mut().unwrap().remove(field).is_some());
+        }
+        let old: Row = serde_json::from_value(fields).unwrap();
+        old.validate().unwrap();
+        assert_eq!(old.middle_half_s(), (row.time_min_s, row.time_max_s));
     }
 }

@@ -1,32 +1,65 @@
 //! `bench`: measures what was asked for, and writes it.
 
 use crate::cli::BenchArgs;
-use crate::compare::{compare, to_table as comparison_table};
+use crate::compare::{Verdict, compare, to_table as comparison_table};
 use crate::frames::write_frames;
 use crate::interrupt::Interrupt;
 use crate::measure::Budget;
 use crate::progress::Progress;
-use crate::results::{read_results, write_results};
+use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{Measurement, Meter, chain, meshes, model};
 use crate::table::to_table;
 use anyhow::Context;
-use std::fs::File;
 use std::path::Path;
 use vertebra::assembly::urdf;
 use vertebra::{PlyPart, Pose, TriangleMesh, write_ply};
 
-/// Runs `bench`; whether nothing got worse than in the results compared with.
+/// How a command ended that ran through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// All is well.
+    Success,
+    /// Something was not measured or not written, failed a check, or got worse.
+    Failure,
+    /// Ctrl-C ended it; what there was until then is written.
+    Interrupted,
+}
+
+impl Outcome {
+    /// The outcome of a command that cannot be interrupted.
+    #[must_use]
+    pub fn of(success: bool) -> Self {
+        if success {
+            Self::Success
+        } else {
+            Self::Failure
+        }
+    }
+}
+
+/// Runs `bench`. A row that cannot be measured, or a further file that cannot be written, costs no
+/// other: it is named at the end and makes the outcome a failure.
 ///
 /// # Errors
-/// If an input cannot be read, a method refuses it, or a result cannot be written.
-pub fn bench(arguments: &BenchArgs) -> anyhow::Result<bool> {
+/// If an input cannot be read, the results cannot be written, or nothing at all was measured: then
+/// the first error there was.
+pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     let old = match &arguments.compare {
         Some(path) => Some(read_results(path)?),
         None => None,
     };
     let models = models(arguments)?;
     let meshes = mesh_pairs(arguments)?;
+    let outputs = [
+        Some(arguments.out.join(RESULTS_JSON)),
+        arguments.hits.clone(),
+        arguments.frames.clone(),
+    ];
+    outputs
+        .iter()
+        .flatten()
+        .try_for_each(|path| check_writable(path))?;
     let meter = Meter {
         budget: if arguments.quick {
             Budget::quick()
@@ -37,6 +70,10 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<bool> {
     };
 
     let selection = arguments.selection();
+    let available = rayon::current_num_threads();
+    if selection.threads.iter().any(|&asked| asked > available) {
+        println!("there are {available} threads: no row is measured with more");
+    }
     let mut list: Vec<Measurement<'_>> = Vec::new();
     for subject in &models {
         list.extend(subject.measurements(&selection));
@@ -44,31 +81,78 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<bool> {
     for subject in &meshes {
         list.extend(subject.measurements(&selection));
     }
-    let rows = measure_all(list, &meter)?;
+    let Measured { rows, failures } = measure_all(list, &meter);
     if rows.is_empty() {
+        if let Some((label, error)) = failures.into_iter().next() {
+            return Err(error.context(label));
+        }
+        if meter.interrupt.requested() {
+            return Ok(Outcome::Interrupted);
+        }
         anyhow::bail!(
             "nothing was measured: the methods and precisions asked for do not occur in these scenarios"
         );
     }
+    let mut failures: Vec<String> = failures
+        .iter()
+        .map(|(label, error)| format!("not measured: {label}: {error:#}"))
+        .collect();
     println!("{}", to_table(&rows));
     for path in write_results(&arguments.out, &rows)? {
         println!("wrote {}", path.display());
     }
-    if let (Some(path), Some(subject)) = (&arguments.hits, meshes.last()) {
-        write_hits(path, subject)?;
+    if !meter.interrupt.requested() {
+        failures.extend(write_further(arguments, &models, &meshes, &meter.interrupt));
     }
-    if let Some(path) = &arguments.frames {
-        write_frames(path, models.first(), &meter.interrupt)?;
+    let mut worse = false;
+    if let Some(old) = old {
+        let verdicts = compare(&old, &rows);
+        println!("{}", comparison_table(&verdicts));
+        worse = verdicts.iter().any(Verdict::is_regression);
     }
-    let Some(old) = old else { return Ok(true) };
-    let verdicts = compare(&old, &rows);
-    println!("{}", comparison_table(&verdicts));
-    Ok(!(arguments.fail_on_regression && verdicts.iter().any(|v| v.is_regression())))
+    for failure in &failures {
+        eprintln!("{failure}");
+    }
+    if meter.interrupt.requested() {
+        return Ok(Outcome::Interrupted);
+    }
+    let regression = arguments.fail_on_regression && worse;
+    Ok(Outcome::of(failures.is_empty() && !regression))
 }
 
-/// Measures until all is done or Ctrl-C; a method that fails stops the run with what it said.
-fn measure_all(list: Vec<Measurement<'_>>, meter: &Meter) -> anyhow::Result<Vec<Row>> {
-    let mut rows = Vec::new();
+/// Writes the files of `--hits` and `--frames`; what went wrong, a line each.
+fn write_further(
+    arguments: &BenchArgs,
+    models: &[model::Subject],
+    meshes: &[meshes::Subject],
+    interrupt: &Interrupt,
+) -> Vec<String> {
+    let mut failures = Vec::new();
+    if let Some(path) = &arguments.hits {
+        let written = meshes
+            .last()
+            .context("no meshes are measured: add `collision`, or --mesh-a and --mesh-b")
+            .and_then(|subject| write_hits(path, subject));
+        failures.extend(written.err().map(|error| format!("--hits: {error:#}")));
+    }
+    if let Some(path) = &arguments.frames {
+        let written = write_frames(path, models.first(), interrupt);
+        failures.extend(written.err().map(|error| format!("--frames: {error:#}")));
+    }
+    failures
+}
+
+/// What came of a list of measurements.
+struct Measured {
+    rows: Vec<Row>,
+    /// Label and error of each measurement that gave no row.
+    failures: Vec<(String, anyhow::Error)>,
+}
+
+/// Measures until all is done or Ctrl-C. A row that may not be written is a failure of its own
+/// measurement, not of the run.
+fn measure_all(list: Vec<Measurement<'_>>, meter: &Meter) -> Measured {
+    let (mut rows, mut failures) = (Vec::new(), Vec::new());
     let mut progress = Progress::new(list.len());
     for measurement in list {
         if meter.interrupt.requested() {
@@ -76,14 +160,25 @@ fn measure_all(list: Vec<Measurement<'_>>, meter: &Meter) -> anyhow::Result<Vec<
         }
         let label = measurement.label.clone();
         progress.begin(&label);
-        let row = measurement.run(meter).with_context(|| label.clone())?;
-        if let Some(row) = row {
-            progress.done(&format!("{label}: {:.3e} s", row.time_median_s));
-            rows.push(row);
+        let row = measurement.run(meter).and_then(|row| {
+            row.as_ref().map_or(Ok(()), Row::validate)?;
+            Ok(row)
+        });
+        match row {
+            Ok(Some(row)) => {
+                progress.done(&format!("{label}: {:.3e} s", row.time_median_s));
+                rows.push(row);
+            }
+            // Interrupted.
+            Ok(None) => {}
+            Err(error) => {
+                progress.done(&format!("{label}: not measured"));
+                failures.push((label, error));
+            }
         }
     }
     progress.finish();
-    Ok(rows)
+    Measured { rows, failures }
 }
 
 fn models(arguments: &BenchArgs) -> anyhow::Result<Vec<model::Subject>> {
@@ -102,7 +197,7 @@ fn models(arguments: &BenchArgs) -> anyhow::Result<Vec<model::Subject>> {
     Ok(subjects)
 }
 
-/// Says what was read, and what of it has no effect.
+/// Says what was read, what of it has no effect, and what of it is doubtful.
 fn print_robot(robot: &urdf::Robot) {
     let model = &robot.model;
     println!(
@@ -118,6 +213,17 @@ fn print_robot(robot: &urdf::Robot) {
     for item in &robot.ignored {
         println!("  {item}");
     }
+    for item in &robot.doubtful {
+        println!("  {item}");
+    }
+    let in_world = model.frames().iter().filter(|frame| frame.body.is_none());
+    let fixed: Vec<&str> = in_world.map(|frame| frame.name.as_str()).collect();
+    if !fixed.is_empty() {
+        println!(
+            "  fixed to the world, where their mass has no effect: {}",
+            fixed.join(", ")
+        );
+    }
 }
 
 fn mesh_pairs(arguments: &BenchArgs) -> anyhow::Result<Vec<meshes::Subject>> {
@@ -126,13 +232,12 @@ fn mesh_pairs(arguments: &BenchArgs) -> anyhow::Result<Vec<meshes::Subject>> {
         subjects.extend(meshes::subjects()?);
     }
     if let (Some(a), Some(b)) = (&arguments.mesh_a, &arguments.mesh_b) {
-        subjects.push(meshes::Subject {
-            scenario: format!("{} x {}", file_stem(a), file_stem(b)),
-            a: read_mesh(a)?,
-            b: read_mesh(b)?,
-            pose_b: arguments.pose_b.unwrap_or(Pose::IDENTITY),
-            published: None,
-        });
+        subjects.push(meshes::Subject::new(
+            &format!("{} x {}", file_stem(a), file_stem(b)),
+            read_mesh(a)?,
+            read_mesh(b)?,
+            arguments.pose_b.unwrap_or(Pose::IDENTITY),
+        ));
     }
     Ok(subjects)
 }
@@ -181,15 +286,15 @@ fn write_hits(path: &Path, subject: &meshes::Subject) -> anyhow::Result<()> {
         }
     };
     let part = |mesh, pose, color| PlyPart { mesh, pose, color };
-    let file = File::create(path).with_context(|| path.display().to_string())?;
+    let mut file = Vec::new();
     write_ply(
-        file,
+        &mut file,
         &[
             part(&subject.a, Pose::IDENTITY, &color_a),
             part(&subject.b, subject.pose_b, &color_b),
         ],
-    )
-    .with_context(|| path.display().to_string())?;
+    )?;
+    write_atomically(path, &file)?;
     let count = |hits: &[bool]| hits.iter().filter(|hit| **hit).count();
     println!(
         "wrote {}: {} and {} colliding triangles coloured",
@@ -198,4 +303,54 @@ fn write_hits(path: &Path, subject: &meshes::Subject) -> anyhow::Result<()> {
         count(&hit_b)
     );
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::row::tests::row;
+
+    fn meter() -> Meter {
+        Meter {
+            budget: Budget::quick(),
+            interrupt: Interrupt::default(),
+        }
+    }
+
+    #[test]
+    fn a_refusing_row_costs_no_other() {
+        let good = |method: &str| row("chain", method, "f64", 128, 1e-3);
+        let list = vec![
+            Measurement::new("first", |_| Ok(Some(good("aba")))),
+            Measurement::new("refusing", |_| Err(anyhow::anyhow!("a singular matrix"))),
+            Measurement::new("not a number", |_| {
+                Ok(Some(Row {
+                    error_forward: Some(f64::NAN),
+                    ..good("crba")
+                }))
+            }),
+            Measurement::new("last", |_| Ok(Some(good("rnea")))),
+        ];
+        let Measured { rows, failures } = measure_all(list, &meter());
+        let methods: Vec<&str> = rows.iter().map(|row| row.method.as_str()).collect();
+        assert_eq!(methods, ["aba", "rnea"]);
+        let labels: Vec<&str> = failures.iter().map(|(label, _)| label.as_str()).collect();
+        assert_eq!(labels, ["refusing", "not a number"]);
+        assert_eq!(failures[0].1.to_string(), "a singular matrix");
+        assert!(failures[1].1.to_string().contains("error_forward"));
+    }
+
+    #[test]
+    fn an_interrupt_ends_the_list() {
+        let meter = meter();
+        let list = vec![
+            Measurement::new("first", |meter| {
+                meter.interrupt.request();
+                Ok(Some(row("chain", "aba", "f64", 128, 1e-3)))
+            }),
+            Measurement::new("second", |_| Err(anyhow::anyhow!("never run"))),
+        ];
+        let Measured { rows, failures } = measure_all(list, &meter);
+        assert_eq!((rows.len(), failures.len()), (1, 0));
+    }
 }

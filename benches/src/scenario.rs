@@ -6,6 +6,7 @@ pub mod chain;
 pub mod meshes;
 pub mod model;
 pub mod published;
+pub mod reference;
 pub mod tableware;
 
 use crate::interrupt::Interrupt;
@@ -48,14 +49,23 @@ impl Selection {
         }
     }
 
-    /// The numbers of threads asked for.
+    /// The numbers of threads to compute with: those asked for, or one and all. None is more than
+    /// there are, so that a row names the threads it had.
     #[must_use]
     pub fn threads(&self) -> Vec<usize> {
-        if !self.threads.is_empty() {
-            return self.threads.clone();
+        let all = rayon::current_num_threads();
+        let asked: &[usize] = if self.threads.is_empty() {
+            &[1, all]
+        } else {
+            &self.threads
+        };
+        let mut threads = Vec::new();
+        for count in asked.iter().map(|count| (*count).clamp(1, all)) {
+            if !threads.contains(&count) {
+                threads.push(count);
+            }
         }
-        let all = std::thread::available_parallelism().map_or(1, usize::from);
-        if all > 1 { vec![1, all] } else { vec![1] }
+        threads
     }
 }
 
@@ -106,5 +116,32 @@ impl<'a> Measurement<'a> {
     /// What the measured method refuses.
     pub fn run(self, meter: &Meter) -> anyhow::Result<Option<Row>> {
         (self.run)(meter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_threads_than_there_are() {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(3)
+            .build()
+            .unwrap();
+        let threads = |asked: &[usize]| {
+            let selection = Selection {
+                methods: Vec::new(),
+                precisions: Vec::new(),
+                sizes: Vec::new(),
+                threads: asked.to_vec(),
+                seed: 1,
+                quick: true,
+            };
+            pool.install(|| selection.threads())
+        };
+        assert_eq!(threads(&[]), [1, 3]);
+        assert_eq!(threads(&[2]), [2]);
+        assert_eq!(threads(&[4, 1, 1024, 3]), [3, 1]);
     }
 }

@@ -49,9 +49,9 @@ const COLUMNS: [Column; 12] = [
         cell: |row| seconds(row.time_median_s),
     },
     Column {
-        heading: "min..max",
+        heading: "q1..q3",
         right: true,
-        cell: |row| spread(row.time_min_s, row.time_median_s, row.time_max_s),
+        cell: |row| spread(row.middle_half_s(), row.time_median_s),
     },
     Column {
         heading: "forward",

@@ -3,9 +3,10 @@
 //! It needs a compiler and nothing else: what a machine lacks is added by rustup or named in the
 //! summary.
 
+mod compiler;
 mod examples;
 mod features;
-mod msrv;
+mod fuzz;
 mod results;
 mod smoke;
 
@@ -30,12 +31,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     let sh = &workspace::shell()?;
     let workspace = &Workspace::load(sh)?;
     let mut stages = Stages::new("ci", &arguments.selection);
-    stages.run("msrv", || msrv::check(sh, workspace));
+    stages.run("compiler", || compiler::check(sh, workspace));
     test::add_stages(&mut stages, sh, &[]);
     stages.run("features", || {
         features::check_without_defaults(sh, workspace)
     });
     stages.run("wasm", || features::check_wasm(sh));
+    stages.run("fuzz", || fuzz::check(sh, workspace));
     stages.run("deny", || {
         if workspace::has_subcommand(sh, "deny") {
             command(&cmd!(sh, "cargo deny --workspace check"))

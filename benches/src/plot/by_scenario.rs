@@ -74,7 +74,8 @@ pub(super) fn figure(rows: &[&Row]) -> Figure {
     let left = bands.iter().map(Band::label_width).fold(0.0, f64::max);
 
     let any_published = rows.iter().any(|row| row.reference_time_s.is_some());
-    let mut remark = "Medians; bars from the fastest to the slowest sample.".to_owned();
+    let mut remark =
+        "Medians; bars from the first to the third quartile of the samples.".to_owned();
     if any_published {
         remark.push_str(" Hollow: published by the source for this problem.");
     }
@@ -120,11 +121,8 @@ pub(super) fn figure(rows: &[&Row]) -> Figure {
         for (number, (series, row)) in band.lines.iter().enumerate() {
             let y = first + LINE * number as f64;
             let x = axis.place(row.time_median_s);
-            frame.bar(
-                (axis.place(row.time_min_s), y),
-                (axis.place(row.time_max_s), y),
-                series.color,
-            );
+            let (q1, q3) = row.middle_half_s();
+            frame.bar((axis.place(q1), y), (axis.place(q3), y), series.color);
             if let Some(published) = row.reference_time_s {
                 let published = axis.place(published);
                 frame

@@ -244,7 +244,7 @@ impl Frame {
     }
 
     /// Draws a bar between two points on one upright or level line, with end marks across it: pale,
-    /// as the slowest sample tells of the machine more than of the method.
+    /// as it belongs behind the median.
     pub(super) fn bar(&mut self, from: Point, to: Point, color: Color) {
         let color = color.pale();
         self.figure.line(&[from, to], color, 1.0);
@@ -274,11 +274,8 @@ pub(super) fn devices(rows: &[&Row]) -> String {
 /// Every time that a plot of the rows shows \[s\].
 pub(super) fn times(rows: &[&Row]) -> Vec<f64> {
     let shown = |row: &&Row| {
-        [
-            Some(row.time_min_s),
-            Some(row.time_max_s),
-            row.reference_time_s,
-        ]
+        let (q1, q3) = row.middle_half_s();
+        [Some(q1), Some(q3), row.reference_time_s]
     };
     rows.iter().flat_map(shown).flatten().collect()
 }

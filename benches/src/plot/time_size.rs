@@ -9,8 +9,8 @@ use crate::row::Row;
 /// Room for labels such as `500 µs` \[px\].
 const LABELS: f64 = 62.0;
 
-/// The plot of the rows of one scenario: a curve a series with its range of samples, and the
-/// published curve.
+/// The plot of the rows of one scenario: a curve a series with the quartiles of its samples, and
+/// the published curve.
 pub(super) fn figure(scenario: &str, rows: &[&Row]) -> Figure {
     let series = series(rows);
     let published = published(&series);
@@ -19,7 +19,7 @@ pub(super) fn figure(scenario: &str, rows: &[&Row]) -> Figure {
         subtitle: devices(rows),
         vertical: Some("time of one call"),
         horizontal: &format!("size [{}]", rows[0].size_unit),
-        remark: "Medians; bars from the fastest to the slowest sample.".to_owned(),
+        remark: "Medians; bars from the first to the third quartile of the samples.".to_owned(),
     };
     let mut frame = Frame::new(
         &titles,
@@ -64,11 +64,9 @@ pub(super) fn figure(scenario: &str, rows: &[&Row]) -> Figure {
     for series in &series {
         for row in &series.rows {
             let x = horizontal.place(row.size as f64);
-            let (fast, slow) = (
-                vertical.place(row.time_min_s),
-                vertical.place(row.time_max_s),
-            );
-            frame.bar((x, fast), (x, slow), series.color);
+            let (q1, q3) = row.middle_half_s();
+            let ends = [q1, q3].map(|time| (x, vertical.place(time)));
+            frame.bar(ends[0], ends[1], series.color);
         }
     }
     for series in &series {

@@ -2,7 +2,7 @@
 
 use super::{Measurement, Meter, Selection};
 use crate::row::Row;
-use crate::suite::relative_error;
+use crate::suite::worst_of;
 use vertebra::{
     Forces, Model, Precision, Random, Simulation, State, Workspace, Wrench, aba,
     crba_forward_dynamics, joint_wrenches, residual, rnea,
@@ -106,9 +106,9 @@ impl Subject {
         for (state, forces) in &self.inputs {
             let qdd = aba(&self.model, state, forces, &mut workspace)?;
             let reference = aba(&self.model, state, forces, &mut exact)?;
-            forward = forward.max(relative_error(qdd, reference));
+            forward = worst_of(forward, difference(qdd, reference, &[]));
             joint_wrenches(&mut workspace)?;
-            own = own.max(residual(&self.model, state, forces, &workspace)?.max());
+            own = worst_of(own, residual(&self.model, state, forces, &workspace)?.max());
         }
         let mut inputs = self.inputs.iter().cycle();
         let timing = meter.time(|| {
@@ -131,7 +131,7 @@ impl Subject {
         for (state, forces) in &self.inputs {
             let dense = crba_forward_dynamics(&self.model, state, forces, &mut workspace)?;
             let reference = aba(&self.model, state, forces, &mut workspace)?;
-            forward = forward.max(relative_error(&dense, reference));
+            forward = worst_of(forward, difference(&dense, reference, &[]));
         }
         let mut inputs = self.inputs.iter().cycle();
         let timing = meter.time(|| {
@@ -147,7 +147,7 @@ impl Subject {
     }
 
     /// Inverse dynamics. Errors: against f64; and the joint forces that come back from the
-    /// accelerations they cause, over the largest bias force.
+    /// accelerations they cause; both over the largest force, bias forces among them.
     fn rnea(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
         let mut workspace = Workspace::new(&self.model, precision);
         let mut exact = Workspace::new(&self.model, Precision::F64);
@@ -157,14 +157,11 @@ impl Subject {
         for (state, forces) in &self.inputs {
             let model = &self.model;
             let qdd = aba(model, state, forces, &mut exact)?.to_vec();
-            let bias = rnea(model, state, &still, forces, &mut exact)?;
-            let scale = bias.iter().fold(f64::MIN_POSITIVE, |m, h| m.max(h.abs()));
+            let bias = rnea(model, state, &still, forces, &mut exact)?.to_vec();
             let reference = rnea(model, state, &qdd, forces, &mut exact)?;
             let tau = rnea(model, state, &qdd, forces, &mut workspace)?;
-            for dof in 0..tau.len() {
-                forward = forward.max((tau[dof] - reference[dof]).abs() / scale);
-                own = own.max((tau[dof] - forces.joint[dof]).abs() / scale);
-            }
+            forward = worst_of(forward, difference(tau, reference, &bias));
+            own = worst_of(own, difference(tau, &forces.joint, &bias));
             accelerations.push(qdd);
         }
         let mut inputs = self.inputs.iter().zip(&accelerations).cycle();
@@ -190,14 +187,14 @@ impl Subject {
         for (state, forces) in &self.inputs {
             aba(model, state, forces, &mut workspace)?;
             joint_wrenches(&mut workspace)?;
-            own = own.max(residual(model, state, forces, &workspace)?.max());
+            own = worst_of(own, residual(model, state, forces, &workspace)?.max());
             let mut rates = Vec::new();
             for precision in [precision, Precision::F64] {
                 let mut simulation = self.simulation(precision, state, forces)?;
                 simulation.step(STEP)?;
                 rates.push(simulation.state().qd.clone());
             }
-            forward = forward.max(relative_error(&rates[0], &rates[1]));
+            forward = worst_of(forward, difference(&rates[0], &rates[1], &[]));
         }
         let mut simulations = Vec::new();
         for (state, forces) in &self.inputs {
@@ -240,3 +237,30 @@ impl Subject {
 }
 
 type Run = fn(&Subject, &Meter, Precision) -> anyhow::Result<Option<Row>>;
+
+/// Largest difference between two vectors of one length over the largest entry of both and of
+/// `terms`: zero when they are equal, also when everything is zero, and NaN when an entry is.
+fn difference(found: &[f64], reference: &[f64], terms: &[f64]) -> f64 {
+    let differences = found.iter().zip(reference).map(|(a, b)| (a - b).abs());
+    let largest = differences.fold(0.0, worst_of);
+    if largest == 0.0 {
+        return 0.0;
+    }
+    let entries = [found, reference, terms].into_iter().flatten();
+    largest / entries.map(|entry| entry.abs()).fold(0.0, worst_of)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_finite_whatever_is_zero() {
+        assert_eq!(difference(&[1.0, 2.5], &[1.0, 2.0], &[]), 0.2);
+        assert_eq!(difference(&[1.0, 2.5], &[1.0, 2.0], &[-5.0]), 0.1);
+        assert_eq!(difference(&[0.0, 1e-3], &[0.0, 0.0], &[]), 1.0);
+        assert_eq!(difference(&[0.0], &[0.0], &[0.0]), 0.0);
+        assert_eq!(difference(&[], &[], &[]), 0.0);
+        assert!(difference(&[f64::NAN], &[1.0], &[]).is_nan());
+    }
+}

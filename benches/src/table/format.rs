@@ -26,13 +26,13 @@ pub(crate) fn seconds(value: f64) -> String {
     format!("{} {name}", three_digits(value * per_second))
 }
 
-/// The range from `min` to `max` \[s\] in the unit of `median`: `12.1..12.9 ms`.
-pub(crate) fn spread(min: f64, median: f64, max: f64) -> String {
+/// The range between two times around `median` \[s\], in the unit of that: `12.1..12.9 ms`.
+pub(crate) fn spread((from, to): (f64, f64), median: f64) -> String {
     let (per_second, name) = unit(median);
     format!(
         "{}..{} {name}",
-        three_digits(min * per_second),
-        three_digits(max * per_second)
+        three_digits(from * per_second),
+        three_digits(to * per_second)
     )
 }
 
@@ -81,7 +81,7 @@ mod tests {
                 "2.50 ns", "999 ns", "1.00 µs", "36.0 µs", "57.9 ms", "1.00 s", "10.4 s"
             ]
         );
-        assert_eq!(spread(0.98e-3, 1.0e-3, 1.21e-3), "0.98..1.21 ms");
+        assert_eq!(spread((0.98e-3, 1.21e-3), 1.0e-3), "0.98..1.21 ms");
         assert_eq!(
             [0, 999, 8192, 65_536, 197_170_960].map(count),
             ["0", "999", "8192", "65 536", "197 170 960"]

@@ -28,6 +28,7 @@ pub(crate) const STANDARD_GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
 /// # Ok::<(), vertebra_assembly::ModelError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ModelDescription {
     /// Format version.
     pub version: u32,
@@ -44,6 +45,7 @@ pub struct ModelDescription {
 
 /// One body and the joint that carries it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct BodyDescription {
     /// Name, unique in the model.
     pub name: String,
@@ -57,6 +59,7 @@ pub struct BodyDescription {
 
 /// A named place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FrameDescription {
     /// Name, unique among bodies and frames.
     pub name: String,

@@ -47,7 +47,9 @@ pub enum ModelError {
         name: String,
     },
     /// A parent that is not in the model.
-    #[error("body `{body}` names the parent `{parent}`, which is not a body of the model")]
+    #[error(
+        "body `{body}` names the parent `{parent}`, which is not a body of the model; add it or correct the name"
+    )]
     UnknownParent {
         /// The body.
         body: String,
@@ -55,7 +57,9 @@ pub enum ModelError {
         parent: String,
     },
     /// A frame or coupling that refers to a body outside the model.
-    #[error("`{user}` refers to `{body}`, which is not a body of the model")]
+    #[error(
+        "`{user}` refers to `{body}`, which is not a body of the model; add it or correct the name"
+    )]
     UnknownBody {
         /// Who refers to it.
         user: String,
@@ -71,7 +75,7 @@ pub enum ModelError {
         body: String,
     },
     /// NaN or infinity in a description.
-    #[error("{quantity} of `{element}` is not finite ({value})")]
+    #[error("{quantity} of `{element}` is not finite ({value}); give a number")]
     NonFinite {
         /// Which number.
         quantity: &'static str,
@@ -97,21 +101,45 @@ pub enum ModelError {
         length: f64,
     },
     /// Negative mass.
-    #[error("body `{body}` has the negative mass {mass} kg")]
+    #[error("body `{body}` has the negative mass {mass} kg; give it mass, or zero for none")]
     NegativeMass {
         /// The body.
         body: String,
         /// Its mass \[kg\].
         mass: f64,
     },
-    /// A mass far outside the others.
+    /// A number that no body in SI units has.
     #[error(
-        "{quantity} of body `{body}` is {value:e}, beyond 1e100 or below 1e-100: state it in SI units"
+        "{quantity} of `{element}` is {value:e}, beyond 1e100 or below 1e-100: state it in SI units"
     )]
     AbsurdSize {
         /// Which number.
         quantity: &'static str,
-        /// The body.
+        /// Body, frame or model it belongs to.
+        element: String,
+        /// The number.
+        value: f64,
+    },
+    /// A joint range without a position in it.
+    #[error(
+        "the joint of body `{body}` has the lower position limit {lower} above the upper one {upper}; exchange or correct them"
+    )]
+    EmptyRange {
+        /// The body whose joint it is.
+        body: String,
+        /// The lower limit [rad or m].
+        lower: f64,
+        /// The upper limit [rad or m].
+        upper: f64,
+    },
+    /// A limit, damping or friction below zero.
+    #[error(
+        "{quantity} of body `{body}` is {value}, which must not be negative; correct its sign, or leave it out"
+    )]
+    Negative {
+        /// Which number.
+        quantity: &'static str,
+        /// The body whose joint it is.
         body: String,
         /// The number.
         value: f64,
@@ -134,9 +162,10 @@ pub enum ModelError {
         /// What it violates.
         reason: InertiaViolation,
     },
-    /// A movable body whose joint moves no mass.
+    /// A movable body whose joint moves no inertia, or none but what a further joint of the same
+    /// motion lets go.
     #[error(
-        "the joint of body `{body}` moves no inertia: give the body mass and inertia, attach a body with mass beyond it, or fix the joint"
+        "the joint of body `{body}` moves no inertia: give the body mass and inertia, attach a body with mass by a joint of another motion, or fix the joint"
     )]
     MasslessBody {
         /// The body.

@@ -1,6 +1,6 @@
 //! Generated models: chains, helices, trees. Seeded ones are the same on every machine.
 
-use crate::{Joint, MassProperties, Model, ModelDescription, ModelError, random::Random};
+use crate::{Joint, MassProperties, Model, ModelDescription, ModelError, random::Random, validate};
 use glam::{DQuat, DVec3};
 use vertebra_spatial::Pose;
 
@@ -46,7 +46,8 @@ impl Default for Rod {
 /// A chain of `count` rods hanging from the world, every joint the same.
 ///
 /// # Errors
-/// [`ModelError`] if `count` is zero or the joint or rod is impossible.
+/// [`ModelError`] if `count` is zero or above what indices can count, or the joint or
+/// rod is impossible.
 pub fn chain(count: usize, joint: &Joint, rod: &Rod) -> Result<Model, ModelError> {
     grow("chain", count, rod, |index, placement| {
         (index.checked_sub(1), joint.clone().at(placement))
@@ -56,7 +57,7 @@ pub fn chain(count: usize, joint: &Joint, rod: &Rod) -> Result<Model, ModelError
 /// A chain of `count` rods with revolute joints about random axes: the benchmark of the source.
 ///
 /// # Errors
-/// [`ModelError`] if `count` is zero or the rod is impossible.
+/// [`ModelError`] if `count` is zero or above what indices can count, or the rod is impossible.
 pub fn random_chain(count: usize, rod: &Rod, seed: u64) -> Result<Model, ModelError> {
     let mut random = Random::new(seed);
     grow("random-chain", count, rod, |index, placement| {
@@ -69,7 +70,8 @@ pub fn random_chain(count: usize, rod: &Rod, seed: u64) -> Result<Model, ModelEr
 /// \[rad\] against the one before; the joints turn about x.
 ///
 /// # Errors
-/// [`ModelError`] if `count` is zero or the rod or an angle is impossible.
+/// [`ModelError`] if `count` is zero or above what indices can count, or the rod or an
+/// angle is impossible.
 pub fn helix(count: usize, rod: &Rod, bend: f64, twist: f64) -> Result<Model, ModelError> {
     let half = |angle: f64| (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
     let ((sx, cx), (sz, cz)) = (half(bend), half(twist));
@@ -85,7 +87,8 @@ pub fn helix(count: usize, rod: &Rod, bend: f64, twist: f64) -> Result<Model, Mo
 /// 45 degrees outward; joints turn about x and y in turn.
 ///
 /// # Errors
-/// [`ModelError`] if `count` or `branching` is zero or the rod is impossible.
+/// [`ModelError`] if `count` or `branching` is zero, `count` is above what indices can
+/// count, or the rod is impossible.
 pub fn tree(count: usize, branching: usize, rod: &Rod) -> Result<Model, ModelError> {
     if branching == 0 {
         return Err(ModelError::BadParameter {
@@ -148,7 +151,8 @@ impl RandomTree {
 /// A random tree, or a forest of them: random placements, inertias, centres of mass and joints.
 ///
 /// # Errors
-/// [`ModelError`] if `count`, `reach` or `articulations` is zero.
+/// [`ModelError`] if `count`, `reach` or `articulations` is zero or `count` is above what indices
+/// can count.
 pub fn random_tree(tree: &RandomTree, seed: u64) -> Result<Model, ModelError> {
     for (parameter, value) in [("reach", tree.reach), ("articulations", tree.articulations)] {
         if value == 0 {
@@ -158,6 +162,7 @@ pub fn random_tree(tree: &RandomTree, seed: u64) -> Result<Model, ModelError> {
             });
         }
     }
+    validate::check_count(tree.count)?;
     let mut random = Random::new(seed);
     let block = tree.count.div_ceil(tree.articulations).max(1);
     let mut description = ModelDescription::new("random-tree");
@@ -226,6 +231,7 @@ fn grow(
             });
         }
     }
+    validate::check_count(count)?;
     let mut description = ModelDescription::new(model);
     for index in 0..count {
         let placement = if index == 0 {

@@ -1,5 +1,6 @@
 //! Joints: how a body may move against its parent.
 
+use crate::ModelError;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use vertebra_spatial::Pose;
@@ -13,8 +14,7 @@ use vertebra_spatial::Pose;
 /// | prismatic | displacement \[m\] | [m/s] | 1 |
 /// | spherical | quaternion x, y, z, w | angular velocity, child joint axes [rad/s] | 3 |
 /// | free | position \[m\] x, y, z, then quaternion x, y, z, w | angular [rad/s], then linear velocity [m/s], child joint axes | 6 |
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "type", rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JointKind {
     /// No motion.
     Fixed,
@@ -62,27 +62,21 @@ impl JointKind {
 ///
 /// At q = 0 (the identity quaternion) the two joint frames coincide.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Saved", into = "Saved")]
 pub struct Joint {
     /// The motion it allows.
-    #[serde(flatten)]
     pub kind: JointKind,
     /// The joint frame on the parent, seen from the parent body's frame (or the world).
-    #[serde(default, skip_serializing_if = "is_identity")]
     pub parent_placement: Pose,
     /// The joint frame on the child, seen from the child body's frame.
-    #[serde(default, skip_serializing_if = "is_identity")]
     pub child_placement: Pose,
     /// Range and strength; read from files, not simulated yet.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<JointLimits>,
     /// Viscous damping [N m s/rad or N s/m]; read from files, not simulated yet.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub damping: f64,
     /// Static friction [N m or N]; read from files, not simulated yet.
-    #[serde(default, skip_serializing_if = "is_zero")]
     pub friction: f64,
     /// Coupling to another joint; read from files, not simulated yet.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mimic: Option<Mimic>,
 }
 
@@ -148,6 +142,7 @@ impl Joint {
 
 /// Range and strength of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct JointLimits {
     /// Smallest and largest position [rad or m], where the joint has a range.
     pub position: Option<[f64; 2]>,
@@ -159,6 +154,7 @@ pub struct JointLimits {
 
 /// A joint that follows another: q = multiplier * q_other + offset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Mimic {
     /// The body whose joint is followed.
     pub body: String,
@@ -166,6 +162,90 @@ pub struct Mimic {
     pub multiplier: f64,
     /// Position where the other is at zero [rad or m].
     pub offset: f64,
+}
+
+/// The joint as written to a file: flat, and without what is as it usually is. The kind is no
+/// flattened enum, for with one unknown fields would pass unseen.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Saved {
+    #[serde(rename = "type")]
+    kind: Kind,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    axis: Option<DVec3>,
+    #[serde(default, skip_serializing_if = "is_identity")]
+    parent_placement: Pose,
+    #[serde(default, skip_serializing_if = "is_identity")]
+    child_placement: Pose,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    limits: Option<JointLimits>,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    damping: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    friction: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    mimic: Option<Mimic>,
+}
+
+#[derive(Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    Fixed,
+    Revolute,
+    Prismatic,
+    Spherical,
+    Free,
+}
+
+impl From<Joint> for Saved {
+    fn from(joint: Joint) -> Self {
+        let (kind, axis) = match joint.kind {
+            JointKind::Fixed => (Kind::Fixed, None),
+            JointKind::Revolute { axis } => (Kind::Revolute, Some(axis)),
+            JointKind::Prismatic { axis } => (Kind::Prismatic, Some(axis)),
+            JointKind::Spherical => (Kind::Spherical, None),
+            JointKind::Free => (Kind::Free, None),
+        };
+        Self {
+            kind,
+            axis,
+            parent_placement: joint.parent_placement,
+            child_placement: joint.child_placement,
+            limits: joint.limits,
+            damping: joint.damping,
+            friction: joint.friction,
+            mimic: joint.mimic,
+        }
+    }
+}
+
+impl TryFrom<Saved> for Joint {
+    type Error = ModelError;
+
+    fn try_from(saved: Saved) -> Result<Self, ModelError> {
+        let kind = match (saved.kind, saved.axis) {
+            (Kind::Revolute, Some(axis)) => JointKind::Revolute { axis },
+            (Kind::Prismatic, Some(axis)) => JointKind::Prismatic { axis },
+            (Kind::Fixed, None) => JointKind::Fixed,
+            (Kind::Spherical, None) => JointKind::Spherical,
+            (Kind::Free, None) => JointKind::Free,
+            _ => {
+                return Err(ModelError::BadParameter {
+                    parameter: "the axis of a joint",
+                    requirement: "stated for revolute and prismatic joints and for no others",
+                });
+            }
+        };
+        Ok(Self {
+            kind,
+            parent_placement: saved.parent_placement,
+            child_placement: saved.child_placement,
+            limits: saved.limits,
+            damping: saved.damping,
+            friction: saved.friction,
+            mimic: saved.mimic,
+        })
+    }
 }
 
 fn is_identity(pose: &Pose) -> bool {

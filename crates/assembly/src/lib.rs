@@ -19,6 +19,7 @@ mod error;
 pub mod generate;
 mod joint;
 mod mass;
+mod massless;
 mod model;
 mod not_simulated;
 mod random;

@@ -7,6 +7,7 @@ use vertebra_spatial::{Pose, SmallCholesky};
 
 /// Mass, centre of mass and inertia of a rigid body, in its own frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct MassProperties {
     /// Mass \[kg\].
     pub mass: f64,
@@ -111,20 +112,27 @@ impl MassProperties {
         if trace == 0.0 && self.inertia == DMat3::ZERO {
             return None;
         }
-        if !is_positive_definite(self.inertia + slack) {
+        if !pivots_exceed(&(self.inertia + slack), 0.0) {
             return Some(InertiaViolation::NotPositiveSemidefinite);
         }
         let moments = DMat3::from_diagonal(DVec3::splat(0.5 * trace)) - self.inertia;
-        (!is_positive_definite(moments + slack)).then_some(InertiaViolation::TriangleInequality)
+        (!pivots_exceed(&(moments + slack), 0.0)).then_some(InertiaViolation::TriangleInequality)
     }
 }
 
-fn is_positive_definite(m: DMat3) -> bool {
+/// Whether all Cholesky pivots of a symmetric matrix exceed `floor`.
+///
+/// The largest diagonal entries go first. Of an inertia with one vanishing moment, 1 - n n', the
+/// second pivot is then at least half the first, so that the last is zero to rounding.
+pub(crate) fn pivots_exceed(m: &DMat3, floor: f64) -> bool {
+    let m = m.to_cols_array_2d();
+    let mut order = [0, 1, 2];
+    order.sort_unstable_by(|&a, &b| m[b][b].total_cmp(&m[a][a]));
     let mut d = [[0.0; 6]; 6];
-    for (column, values) in m.to_cols_array_2d().iter().enumerate() {
-        for (row, &value) in values.iter().enumerate() {
-            d[row][column] = value;
+    for (row, &from_row) in order.iter().enumerate() {
+        for (column, &from_column) in order.iter().enumerate() {
+            d[row][column] = m[from_column][from_row];
         }
     }
-    SmallCholesky::factor(3, &d, &[0.0; 6]).is_ok()
+    SmallCholesky::factor(3, &d, &[floor; 6]).is_ok()
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     BodyDescription, FrameDescription, Joint, MassProperties, ModelDescription, ModelError, Units,
-    description::MODEL_VERSION, not_simulated::NotSimulated, validate,
+    description::MODEL_VERSION, massless, not_simulated::NotSimulated, validate,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,8 @@ impl BodyId {
 /// An articulated model, or several side by side: bodies, the joints that carry them, gravity.
 ///
 /// Constant once built, and cheap to clone: clones share their data. Every parent stands before
-/// its children. Serialises as a [`ModelDescription`].
+/// its children. Serialises as a [`ModelDescription`]; numbers come back to the last bit where the
+/// parser rounds correctly (`serde_json` does so with its feature `float_roundtrip` only).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "ModelDescription", into = "ModelDescription")]
 pub struct Model {
@@ -124,10 +125,17 @@ impl Model {
         self.inner.bodies.get(id.index())
     }
 
-    /// The body of that name.
+    /// The body of that name. Links of a file that were folded into another body are no bodies but
+    /// frames: see [`find_frame`](Self::find_frame).
     #[must_use]
     pub fn find(&self, name: &str) -> Option<BodyId> {
         self.inner.by_name.get(name).copied()
+    }
+
+    /// The named place of that name, looked for one by one.
+    #[must_use]
+    pub fn find_frame(&self, name: &str) -> Option<&Frame> {
+        self.inner.frames.iter().find(|frame| frame.name == name)
     }
 
     /// The body that stands last; of a chain, its tip.
@@ -271,7 +279,7 @@ impl TryFrom<ModelDescription> for Model {
                 dof_count,
             }),
         };
-        validate::check_masses(&model)?;
+        massless::check(&model)?;
         Ok(model)
     }
 }

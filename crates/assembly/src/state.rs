@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 const STATE_VERSION: u32 = 1;
 
 /// Positions, rates and time. [`JointKind`] says which entries each kind of joint has.
+///
+/// Saved numbers come back to the last bit where the parser rounds correctly (`serde_json` does so
+/// with its feature `float_roundtrip` only).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Saved", into = "Saved")]
 pub struct State {
@@ -20,6 +23,7 @@ pub struct State {
 
 /// The state as written to a file.
 #[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Saved {
     version: u32,
     time: f64,

@@ -1,7 +1,7 @@
 //! Checks of a model description, each ending in an error that names the culprit.
 
 use crate::description::MODEL_VERSION;
-use crate::{Joint, JointKind, MassProperties, Model, ModelDescription, ModelError};
+use crate::{Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError};
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -28,14 +28,13 @@ pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelE
             model: description.name.clone(),
         });
     }
-    if bodies.len() > BODY_LIMIT {
-        return Err(ModelError::TooLarge {
-            what: "bodies",
-            requested: bodies.len(),
-            limit: BODY_LIMIT,
-        });
-    }
+    check_count(bodies.len())?;
     finite_vector("gravity", &description.name, description.gravity)?;
+    not_absurd(
+        "gravity",
+        &description.name,
+        description.gravity.abs().max_element(),
+    )?;
 
     let mut by_name = HashMap::with_capacity(bodies.len());
     for (index, body) in bodies.iter().enumerate() {
@@ -60,6 +59,18 @@ pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelE
     }
     check_frames(description, &by_name)?;
     parents_first(description, &by_name)
+}
+
+/// Checks that indices can count the bodies and their freedoms.
+pub(crate) fn check_count(bodies: usize) -> Result<(), ModelError> {
+    if bodies > BODY_LIMIT {
+        return Err(ModelError::TooLarge {
+            what: "bodies",
+            requested: bodies,
+            limit: BODY_LIMIT,
+        });
+    }
+    Ok(())
 }
 
 fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelError> {
@@ -169,22 +180,47 @@ fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
         &joint.parent_placement,
     )?;
     check_placement("joint placement on the body", body, &joint.child_placement)?;
-    finite("joint damping", body, joint.damping)?;
-    finite("joint friction", body, joint.friction)?;
+    not_negative("joint damping", body, joint.damping)?;
+    not_negative("joint friction", body, joint.friction)?;
     if let Some(limits) = &joint.limits {
-        for bound in limits.position.iter().flatten() {
-            finite("joint position limit", body, *bound)?;
-        }
-        for (quantity, limit) in [
-            ("joint velocity limit", limits.velocity),
-            ("joint effort limit", limits.effort),
-        ] {
-            finite(quantity, body, limit.unwrap_or(0.0))?;
-        }
+        check_limits(body, limits)?;
     }
     if let Some(mimic) = &joint.mimic {
         finite("mimic multiplier", body, mimic.multiplier)?;
         finite("mimic offset", body, mimic.offset)?;
+    }
+    Ok(())
+}
+
+fn check_limits(body: &str, limits: &JointLimits) -> Result<(), ModelError> {
+    if let Some([lower, upper]) = limits.position {
+        finite("joint position limit", body, lower)?;
+        finite("joint position limit", body, upper)?;
+        if lower > upper {
+            return Err(ModelError::EmptyRange {
+                body: body.to_owned(),
+                lower,
+                upper,
+            });
+        }
+    }
+    for (quantity, limit) in [
+        ("joint velocity limit", limits.velocity),
+        ("joint effort limit", limits.effort),
+    ] {
+        not_negative(quantity, body, limit.unwrap_or(0.0))?;
+    }
+    Ok(())
+}
+
+fn not_negative(quantity: &'static str, body: &str, value: f64) -> Result<(), ModelError> {
+    finite(quantity, body, value)?;
+    if value < 0.0 {
+        return Err(ModelError::Negative {
+            quantity,
+            body: body.to_owned(),
+            value,
+        });
     }
     Ok(())
 }
@@ -250,11 +286,11 @@ fn largest_entry(m: &DMat3) -> f64 {
     m.to_cols_array().iter().fold(0.0, |a, b| a.max(b.abs()))
 }
 
-fn not_absurd(quantity: &'static str, body: &str, value: f64) -> Result<(), ModelError> {
+fn not_absurd(quantity: &'static str, element: &str, value: f64) -> Result<(), ModelError> {
     if value != 0.0 && !(LARGEST.recip()..=LARGEST).contains(&value) {
         return Err(ModelError::AbsurdSize {
             quantity,
-            body: body.to_owned(),
+            element: element.to_owned(),
             value,
         });
     }
@@ -294,53 +330,4 @@ pub(crate) fn normalized(mut joint: Joint) -> Joint {
         }
     }
     joint
-}
-
-/// Refuses joints that move no inertia whatever the positions.
-///
-/// What a joint accelerates is the cluster of bodies rigidly fixed beyond it, and whatever hangs
-/// from that cluster by further joints. If the cluster alone resists the joint's motion, all is
-/// well. If not, mass beyond a further joint must do it; whether it does depends on the position,
-/// and the solvers find out then.
-pub(crate) fn check_masses(model: &Model) -> Result<(), ModelError> {
-    let bodies = model.bodies();
-    let mut clusters: Vec<MassProperties> = Vec::with_capacity(bodies.len());
-    for body in bodies {
-        // In the child's joint frame, where the axis is given.
-        clusters.push(body.mass.placed(&body.joint.child_placement.inverse()));
-    }
-    let mut mass_beyond = vec![false; bodies.len()];
-    for (index, body) in bodies.iter().enumerate().rev() {
-        let cluster = clusters[index];
-        let resists = match body.joint.kind {
-            JointKind::Fixed => true,
-            JointKind::Revolute { axis } => axis.dot(cluster.about(DVec3::ZERO) * axis) > 0.0,
-            JointKind::Prismatic { .. } => cluster.mass > 0.0,
-            JointKind::Spherical => {
-                let about = cluster.about(DVec3::ZERO);
-                [about.x_axis.x, about.y_axis.y, about.z_axis.z]
-                    .iter()
-                    .all(|&moment| moment > 0.0)
-                    && about.determinant() > 0.0
-            }
-            JointKind::Free => cluster.mass > 0.0 && DMat3::determinant(&cluster.inertia) > 0.0,
-        };
-        if !resists && !mass_beyond[index] {
-            return Err(ModelError::MasslessBody {
-                body: body.name.clone(),
-            });
-        }
-        if let Some(parent) = body.parent.map(|p| p.index()) {
-            if body.joint.kind == JointKind::Fixed {
-                // From the child's joint frame to the parent's, through the parent's body frame.
-                let to_parent =
-                    bodies[parent].joint.child_placement.inverse() * body.joint.parent_placement;
-                clusters[parent] = clusters[parent].combined(&cluster.placed(&to_parent));
-                mass_beyond[parent] |= mass_beyond[index];
-            } else {
-                mass_beyond[parent] |= cluster.mass > 0.0 || mass_beyond[index];
-            }
-        }
-    }
-    Ok(())
 }

@@ -5,6 +5,7 @@ mod common;
 
 use common::Digest;
 use glam::DVec3;
+use serde_json::Value;
 use vertebra_assembly::generate::{self, RandomTree, Rod};
 use vertebra_assembly::{
     Joint, JointLimits, MassProperties, Mimic, Model, ModelDescription, Random, State,
@@ -96,6 +97,68 @@ fn malformed_json_is_refused_with_a_reason() {
     let state_reason = |text: &str| serde_json::from_str::<State>(text).unwrap_err().to_string();
     assert!(state_reason(&state.replace("\"version\":1", "\"version\":2")).contains("version 2"));
     assert!(state_reason(&state.replace("\"time\":0.0", "\"time\":null")).contains("null"));
+}
+
+/// A name misspelt must not pass for a default. (A pose has no defaults.)
+#[test]
+fn unknown_fields_are_refused() {
+    fn count_objects(value: &Value) -> usize {
+        match value {
+            Value::Object(map) if map.contains_key("rotation") => 0,
+            Value::Object(map) => 1 + map.values().map(count_objects).sum::<usize>(),
+            Value::Array(list) => list.iter().map(count_objects).sum(),
+            _ => 0,
+        }
+    }
+    /// Adds the field to the object of that number, in depth-first order.
+    fn misspell(value: &mut Value, number: &mut usize) {
+        match value {
+            Value::Object(map) if map.contains_key("rotation") => {}
+            Value::Object(map) => {
+                map.values_mut().for_each(|value| misspell(value, number));
+                if *number == 0 {
+                    map.insert("dampng".to_owned(), 3.into());
+                }
+                *number = number.wrapping_sub(1);
+            }
+            Value::Array(list) => list.iter_mut().for_each(|value| misspell(value, number)),
+            _ => {}
+        }
+    }
+    let model = serde_json::to_value(an_arm()).unwrap();
+    // The model, two bodies with joint and mass each, limits, a mimic, a frame.
+    assert_eq!(count_objects(&model), 10);
+    for number in 0..10 {
+        let mut damaged = model.clone();
+        misspell(&mut damaged, &mut number.clone());
+        let reason = serde_json::from_value::<Model>(damaged)
+            .unwrap_err()
+            .to_string();
+        assert!(reason.contains("unknown field `dampng`"), "{reason}");
+    }
+    let mut state = serde_json::to_value(State::neutral(&an_arm())).unwrap();
+    misspell(&mut state, &mut 0);
+    let reason = serde_json::from_value::<State>(state)
+        .unwrap_err()
+        .to_string();
+    assert!(reason.contains("unknown field `dampng`"), "{reason}");
+}
+
+#[test]
+fn joints_have_the_axis_of_their_kind() {
+    let read = |text: &str| serde_json::from_str::<Joint>(text).map_err(|e| e.to_string());
+    assert_eq!(read(r#"{"type":"spherical"}"#), Ok(Joint::spherical()));
+    assert_eq!(
+        read(r#"{"type":"revolute","axis":[0,0,1]}"#),
+        Ok(Joint::revolute(DVec3::Z))
+    );
+    for text in [
+        r#"{"type":"prismatic"}"#,
+        r#"{"type":"fixed","axis":[0,0,1]}"#,
+    ] {
+        let reason = read(text).unwrap_err();
+        assert!(reason.contains("axis"), "{reason}");
+    }
 }
 
 /// Bodies written in any order: parents come first, and nothing moves that need not.

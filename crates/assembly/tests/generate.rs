@@ -272,3 +272,18 @@ fn bad_parameters_are_named() {
     assert!(generate::helix(3, &rod, f64::NAN, 0.0).is_err());
     assert!(generate::helix(3, &rod, 0.0, f64::INFINITY).is_err());
 }
+
+/// Refused at once, not when memory has run out.
+#[test]
+fn more_bodies_than_can_be_counted_are_refused() {
+    let rod = Rod::default();
+    let too_large = |result| matches!(result, Err(ModelError::TooLarge { .. }));
+    for count in [usize::MAX, u32::MAX as usize / 8 + 1] {
+        let tree = RandomTree::mixed(count);
+        assert!(too_large(generate::chain(count, &Joint::free(), &rod)));
+        assert!(too_large(generate::random_chain(count, &rod, 1)));
+        assert!(too_large(generate::helix(count, &rod, 0.1, 0.1)));
+        assert!(too_large(generate::tree(count, 2, &rod)));
+        assert!(too_large(generate::random_tree(&tree, 1)));
+    }
+}

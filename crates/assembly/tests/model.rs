@@ -7,8 +7,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use vertebra_assembly::{
-    InertiaViolation, Joint, JointLimits, MassProperties, Mimic, Model, ModelDescription,
-    ModelError, Random, State,
+    InertiaViolation, Joint, JointLimits, MassProperties, Mimic, ModelDescription, ModelError,
+    Random, State,
 };
 use vertebra_spatial::Pose;
 
@@ -309,6 +309,14 @@ fn absurd_sizes_are_refused() {
             d.frames[0].placement.translation = DVec3::splat(-size);
         }));
     }
+    for size in [1e101, 1e-101] {
+        let error = refusal(|d| d.gravity.z = -size);
+        assert!(
+            matches!(&error, ModelError::AbsurdSize { quantity: "gravity", element, value }
+                if element == "arm" && *value == size),
+            "{error:?}"
+        );
+    }
     // A protein in SI and a moon are not absurd.
     for size in [1e-26, 1e22] {
         let mut description = two_bodies();
@@ -392,70 +400,52 @@ fn inertias_must_be_possible() {
     assert!(dust.violation().is_some());
 }
 
-/// A point mass at `center`.
-fn point(center: DVec3) -> MassProperties {
-    MassProperties {
-        mass: 1.0,
-        center,
-        inertia: DMat3::ZERO,
+#[test]
+fn limits_must_be_possible() {
+    assert_eq!(
+        refusal(|d| limits(d).position = Some([0.5, -0.5])),
+        ModelError::EmptyRange {
+            body: "lower".into(),
+            lower: 0.5,
+            upper: -0.5
+        }
+    );
+    type Change = fn(&mut ModelDescription, f64);
+    let changes: [(&str, Change); 4] = [
+        ("joint velocity limit", |d, x| limits(d).velocity = Some(x)),
+        ("joint effort limit", |d, x| limits(d).effort = Some(x)),
+        ("joint damping", |d, x| d.bodies[1].joint.damping = x),
+        ("joint friction", |d, x| d.bodies[1].joint.friction = x),
+    ];
+    for (quantity, change) in changes {
+        for value in [-1.0, -5e-324] {
+            let body = "lower".to_owned();
+            assert_eq!(
+                refusal(|d| change(d, value)),
+                ModelError::Negative {
+                    quantity,
+                    body,
+                    value
+                }
+            );
+        }
+        for value in [0.0, -0.0, f64::MAX] {
+            let mut description = two_bodies();
+            change(&mut description, value);
+            description.build().unwrap();
+        }
     }
+    let mut locked = two_bodies();
+    limits(&mut locked).position = Some([0.5, 0.5]);
+    locked.build().unwrap();
 }
 
 #[test]
-fn every_joint_must_move_inertia() {
-    let none = MassProperties::MASSLESS;
-    let alone = |joint: Joint, mass| {
-        ModelDescription::new("one")
-            .body("b", None, joint, mass)
-            .build()
-    };
-    let refused = |result: Result<Model, ModelError>| match result {
-        Err(ModelError::MasslessBody { body }) => assert_eq!(body, "b"),
-        other => panic!("{other:?}"),
-    };
-    let along = DVec3::new(0.3, 0.0, 0.0);
-    refused(alone(Joint::revolute(DVec3::X), none));
-    refused(alone(Joint::prismatic(DVec3::X), none));
-    refused(alone(Joint::spherical(), none));
-    refused(alone(Joint::free(), none));
-    // Mass on the axis resists sliding, not turning.
-    refused(alone(Joint::revolute(DVec3::X), point(along)));
-    refused(alone(Joint::spherical(), point(along)));
-    refused(alone(Joint::free(), point(along)));
-    alone(Joint::prismatic(DVec3::X), point(along)).unwrap();
-    alone(Joint::revolute(DVec3::Y), point(along)).unwrap();
-    alone(Joint::fixed(), none).unwrap();
-    // A rod without thickness resists all turns but those about itself.
-    let thin = MassProperties::rod(1.0, 1.0, 0.0);
-    refused(alone(Joint::revolute(DVec3::Z), thin));
-    refused(alone(Joint::spherical(), thin));
-    alone(Joint::revolute(DVec3::X), thin).unwrap();
-
-    // Massless links between joints are right if something beyond them has mass.
-    let beyond = |joint: Joint, mass| {
-        ModelDescription::new("two")
-            .body("a", None, Joint::revolute(DVec3::X), none)
-            .body("b", Some("a"), joint, mass)
-            .build()
-    };
-    beyond(Joint::revolute(DVec3::Y), rod()).unwrap();
-    beyond(Joint::fixed(), rod()).unwrap();
-    refused(beyond(Joint::revolute(DVec3::Y), none));
-    match beyond(Joint::fixed(), none) {
-        Err(ModelError::MasslessBody { body }) => assert_eq!(body, "a"),
-        other => panic!("{other:?}"),
-    }
-    // Through a fixed joint the mass lands on the axis of the first: collinear.
-    let tip = Pose::from_translation(along);
-    match beyond(Joint::fixed().at(tip), point(along)) {
-        Err(ModelError::MasslessBody { body }) => assert_eq!(body, "a"),
-        other => panic!("{other:?}"),
-    }
-    beyond(
-        Joint::fixed().at(Pose::from_translation(DVec3::Y)),
-        point(along),
-    )
-    .unwrap();
+fn bodies_and_frames_are_found_by_name() {
+    let model = two_bodies().build().unwrap();
+    assert_eq!(model.find_frame("tool"), Some(&model.frames()[0]));
+    assert_eq!(model.find_frame("lower"), None, "a body is no frame");
+    assert_eq!(model.find("tool"), None, "a frame is no body");
 }
 
 #[test]
@@ -513,6 +503,7 @@ fn bad_input_leaves_the_message_readable() {
     let error = refusal(|d| d.bodies[1].parent = Some("upperr".into()));
     assert_eq!(
         error.to_string(),
-        "body `lower` names the parent `upperr`, which is not a body of the model"
+        "body `lower` names the parent `upperr`, which is not a body of the model; \
+         add it or correct the name"
     );
 }

@@ -372,10 +372,21 @@ fn what_cannot_be_simulated_is_refused() {
         Problem::Model(error) => error,
         other => panic!("{other:?}"),
     };
-    let axis =
-        |xyz: &str| robot(&whole.replace("</joint>", &format!("<axis xyz='{xyz}'/></joint>")));
-    let error = model(axis("0 0 0"), 4, &["joint `j`", "axis"]);
+    let inside = |element: &str| robot(&whole.replace("</joint>", &format!("{element}</joint>")));
+    let error = model(inside("<axis xyz='0 0 0'/>"), 4, &["joint `j`", "axis"]);
     assert!(matches!(error, ModelError::ZeroAxis { .. }));
+    let limited = inside("<limit lower='1' upper='0.5' effort='1' velocity='1'/>");
+    let error = model(limited, 4, &["joint `j`", "lower position limit 1"]);
+    assert!(matches!(error, ModelError::EmptyRange { .. }));
+    for (element, words) in [
+        ("<limit effort='-2' velocity='1'/>", "effort limit"),
+        ("<limit effort='1' velocity='-2'/>", "velocity limit"),
+        ("<dynamics damping='-2'/>", "damping"),
+        ("<dynamics friction='-2'/>", "friction"),
+    ] {
+        let error = model(inside(element), 4, &["joint `j`", words, "-2"]);
+        assert!(matches!(error, ModelError::Negative { .. }));
+    }
     let massless = robot(&[BASE, "<link name='arm'/>\n", JOINT].concat());
     let error = model(massless, 4, &["joint `j`", "moves no inertia"]);
     assert!(matches!(error, ModelError::MasslessBody { .. }));

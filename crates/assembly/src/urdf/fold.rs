@@ -209,7 +209,10 @@ impl File<'_> {
 /// The body or frame that an error speaks of, and whether it speaks of the joint that carries it.
 fn culprit(error: &ModelError) -> (Option<&str>, bool) {
     match error {
-        ModelError::ZeroAxis { body } | ModelError::MasslessBody { body } => (Some(body), true),
+        ModelError::ZeroAxis { body }
+        | ModelError::MasslessBody { body }
+        | ModelError::EmptyRange { body, .. }
+        | ModelError::Negative { body, .. } => (Some(body), true),
         ModelError::NonFinite {
             quantity, element, ..
         }
@@ -217,9 +220,7 @@ fn culprit(error: &ModelError) -> (Option<&str>, bool) {
             quantity, element, ..
         }
         | ModelError::AbsurdSize {
-            quantity,
-            body: element,
-            ..
+            quantity, element, ..
         } => (Some(element), quantity.starts_with("joint")),
         ModelError::UnknownParent { body, .. }
         | ModelError::UnknownBody { user: body, .. }

@@ -42,7 +42,7 @@ pub(crate) fn named_placement(model: &Model, placements: &[DAffine3], name: &str
     if let Some(body) = model.find(name) {
         return placements[body.index()];
     }
-    let frame = model.frames().iter().find(|frame| frame.name == name);
+    let frame = model.find_frame(name);
     let frame = frame.unwrap_or_else(|| panic!("no body or frame `{name}`"));
     let body = frame
         .body

@@ -29,15 +29,20 @@ pub(super) fn coordinates<'a>(
 ) -> Result<[f32; 3], MeshError> {
     let mut coordinates = [0.0; 3];
     for coordinate in &mut coordinates {
-        *coordinate = number(line, words.next().unwrap_or_default())?;
+        let word = words.next().unwrap_or_default();
+        *coordinate = finite(line, "three decimal numbers", word)?;
     }
     Ok(coordinates)
 }
 
 /// A finite number.
 pub(super) fn number(line: usize, word: &[u8]) -> Result<f32, MeshError> {
-    let value: f32 =
-        parse(word).ok_or_else(|| syntax(line, "three or more decimal numbers", word))?;
+    finite(line, "a decimal number", word)
+}
+
+/// A finite number, where the line should have what is expected.
+fn finite(line: usize, expected: &'static str, word: &[u8]) -> Result<f32, MeshError> {
+    let value: f32 = parse(word).ok_or_else(|| syntax(line, expected, word))?;
     if value.is_finite() {
         Ok(value)
     } else {

@@ -1,4 +1,5 @@
-//! The compiler in use is no older than the packages say they need.
+//! The compiler in use is no older than the packages say they need. Whether they build with the
+//! oldest they name is found out by running all stages with that one.
 
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
