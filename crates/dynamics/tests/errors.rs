@@ -141,7 +141,8 @@ fn workspaces_of_other_models_and_results_not_computed() {
     assert!(missing(workspace.joint_accelerations().err()));
 }
 
-/// Two hinges about one axis with nothing between them: nothing says which of them turns.
+/// Two hinges about one axis with next to nothing between them: nothing says which of them turns.
+/// (With nothing at all the model is refused.)
 fn doubled_hinge(inertia_between: f64) -> Model {
     let rod = MassProperties::rod(1.0, 1.0, 0.05);
     let between = MassProperties {
@@ -165,7 +166,7 @@ fn doubled_hinge(inertia_between: f64) -> Model {
 #[test]
 fn singular_joints_are_named() {
     for (precision, vanishing) in [(Precision::F64, 1e-17), (Precision::F32, 1e-9)] {
-        for inertia in [0.0, vanishing] {
+        for inertia in [vanishing, 1e-2 * vanishing] {
             let model = doubled_hinge(inertia);
             for seed in 0..20 {
                 let state = State::random(&model, seed);
@@ -330,7 +331,7 @@ fn large_angles_keep_their_digits_in_single_precision() {
 
 #[test]
 fn a_mass_matrix_that_cannot_be_factored_is_refused() {
-    let model = doubled_hinge(0.0);
+    let model = doubled_hinge(1e-17);
     let state = State::random(&model, 2);
     let mut workspace = Workspace::new(&model, Precision::F64);
     let outcome = crba_forward_dynamics(&model, &state, &Forces::none(&model), &mut workspace);
