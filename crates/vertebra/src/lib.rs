@@ -18,8 +18,8 @@ pub use vertebra_collision::{
 };
 pub use vertebra_dynamics::{
     self as dynamics, BodyForce, BodyMotion, Error, Forces, Integrator, Mechanics, Precision,
-    Residual, Simulation, Workspace, Wrench, aba, crba, crba_forward_dynamics, forward_kinematics,
-    joint_wrenches, mechanics, residual, rnea,
+    Residual, Simulation, Workspace, Wrench, aba, crba, crba_forward_dynamics, forward_error,
+    forward_kinematics, joint_wrenches, mechanics, residual, rnea,
 };
 pub use vertebra_spatial::{self as spatial, Pose};
 
