@@ -168,13 +168,13 @@ fn for_each_case(
     Ok(())
 }
 
-/// Joint accelerations: 1e-9 in f64; in f32 rounding times the condition of a robot, 1e5.
+/// Joint accelerations: 1e-9 in f64 and more; in f32 rounding times the condition of a robot, 1e5.
 ///
 /// # Errors
 /// If a robot cannot be solved.
 pub fn joint_accelerations(solver: &dyn Solver) -> Outcome {
     let bound = match solver.precision() {
-        Precision::F64 => TOLERANCE,
+        Precision::F64 | Precision::Reference => TOLERANCE,
         Precision::F32 => 1e5 * Precision::F32.epsilon(),
     };
     let mut figures = Vec::new();
