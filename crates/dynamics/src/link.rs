@@ -196,3 +196,58 @@ impl Scales {
         scales
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workspace::Sweeps;
+    use vertebra_assembly::State;
+    use vertebra_assembly::generate::{self, RandomTree};
+    use vertebra_spatial::{DoubleDouble, vec3};
+
+    /// Nothing on the way from the model to the sweeps is rounded to f64: rotations are rotations
+    /// and inertias keep their traces to the last bits of the reference.
+    #[test]
+    fn constants_have_the_bits_of_the_reference() {
+        let tree = RandomTree {
+            floating: true,
+            ..RandomTree::mixed(40)
+        };
+        let model = generate::random_tree(&tree, 5).unwrap();
+        let mut state = State::random(&model, 6);
+        // Quaternions of a length that only just passes for 1.
+        for body in model.bodies() {
+            if body.joint.kind == JointKind::Spherical {
+                state.q[body.position_range()].iter_mut().for_each(|x| {
+                    *x *= 1.0 + 5e-7;
+                });
+            }
+        }
+        let scales = Scales::of_model(&model);
+        let mut s = Sweeps::<DoubleDouble>::new(&model);
+        s.set_state(&state, model.units().length, &scales.rate);
+        let eps = DoubleDouble::EPSILON.hi();
+        let number = DoubleDouble::from_f64;
+        let bound = 16.0 * eps * model.depth() as f64;
+        for (i, body) in model.bodies().iter().enumerate() {
+            let off = s.rotation[i].transpose() * s.rotation[i] - Mat3::IDENTITY;
+            for column in [off.x_axis, off.y_axis, off.z_axis] {
+                let largest = column.length().to_f64();
+                assert!(largest <= bound, "rotation of {i}: {largest:e}");
+            }
+            // tr(I + m (|c|^2 1 - c c')) = tr I + 2 m |c|^2, whatever the axes; c from the joint.
+            let units = model.units();
+            let m = body.mass.mass / units.mass;
+            let c = (body.mass.center / units.length).to_array();
+            let j = (body.joint.child_placement.translation / units.length).to_array();
+            let arm = |k: usize| number(c[k]) - number(j[k]);
+            let square = vec3(arm(0), arm(1), arm(2)).length_squared();
+            let unit = units.mass * units.length * units.length;
+            let central = Sym3::<DoubleDouble>::from_glam(body.mass.inertia * unit.recip());
+            let expected = central.trace() + number(2.0 * m) * square;
+            let trace = s.links[i].inertia.rotational.trace();
+            let error = ((trace - expected) / expected).abs().to_f64();
+            assert!(error <= 32.0 * eps, "inertia of {i}: {error:e}");
+        }
+    }
+}

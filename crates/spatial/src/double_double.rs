@@ -259,7 +259,8 @@ const LARGEST_ANGLE: f64 = 4_503_599_627_370_496.0; // 2^52
 /// sin r = r (1 - r^2/(2 3) (1 - r^2/(4 5) (...))), cos r = 1 - r^2/(1 2) (1 - r^2/(3 4) (...)).
 /// The first terms left out are (pi/4)^31/31! and (pi/4)^30/30!, below 2^-123 and 2^-118.
 fn sin_cos(x: DoubleDouble) -> (DoubleDouble, DoubleDouble) {
-    if !(x.hi.abs() < LARGEST_ANGLE) {
+    let reducible = x.hi.abs() < LARGEST_ANGLE;
+    if !reducible {
         let (sin, cos) = x.hi.sin_cos();
         return (DoubleDouble::from_f64(sin), DoubleDouble::from_f64(cos));
     }

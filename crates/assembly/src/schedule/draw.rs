@@ -76,7 +76,7 @@ impl Schedule {
         for (index, chunk) in self.chunks().iter().enumerate() {
             for (body, _) in self.members(chunk) {
                 for &raked in self.rakes(body) {
-                    line(&mut svg, raked, super::node_id(index), dashed);
+                    line(&mut svg, raked, self.chunk_node(index), dashed);
                 }
             }
         }

@@ -40,7 +40,8 @@
 //! its children, at one round; a path that goes on spares the chunk a rake but must join what lies
 //! beyond, and what lies before, one after the other; an estimate of both says which is sooner. Joins are
 //! made as soon as two neighbours are there, sums soonest first. Chains and stars take log2 n rounds
-//! and a few; every family of trees tested stays below 2 log2 n + 6.
+//! and a few. Of all families of trees tested the worst, forks of unequal halves on stems of 13,
+//! take 2 log2 n rounds at a million bodies in windows of 8; in windows of 1, 2 log2 n + 8.
 
 mod build;
 mod cuts;
@@ -313,7 +314,13 @@ impl Schedule {
         Some(starts.partition_point(|&start| start <= index) - 1)
     }
 
-    /// The node of a join, by its index in [`joins`](Self::joins); a chunk's is its index.
+    /// The node of a chunk, by its index in [`chunks`](Self::chunks).
+    #[must_use]
+    pub fn chunk_node(&self, index: usize) -> NodeId {
+        node_id(index)
+    }
+
+    /// The node of a join, by its index in [`joins`](Self::joins).
     #[must_use]
     pub fn join_node(&self, index: usize) -> NodeId {
         node_id(self.chunks.len() + index)
