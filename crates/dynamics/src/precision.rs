@@ -14,7 +14,7 @@ pub enum Precision {
     #[default]
     F64,
     /// 106-bit significand ([`DoubleDouble`]): the reference that tells the errors of the others.
-    /// Ten to fifty times slower than f64.
+    /// About fifty times slower than f64.
     Reference,
 }
 

@@ -39,7 +39,7 @@ impl<T: Real> SmallCholesky<T> {
         Ok(Self { order, lower })
     }
 
-    /// Replaces `b` by D^-1 b, shape [order].
+    /// Replaces `b` by D^-1 b, shape \[order\].
     #[inline]
     pub fn solve(&self, b: &mut [T]) {
         self.solve_lower(b);
@@ -52,7 +52,7 @@ impl<T: Real> SmallCholesky<T> {
         }
     }
 
-    /// Replaces `b` by L^-1 b, shape [order].
+    /// Replaces `b` by L^-1 b, shape \[order\].
     #[inline]
     pub fn solve_lower(&self, b: &mut [T]) {
         for i in 0..self.order {
