@@ -164,6 +164,8 @@ pub enum PrecisionArg {
     F32,
     /// Double.
     F64,
+    /// Double-double, which the errors of the others are measured against.
+    Reference,
 }
 
 impl From<PrecisionArg> for Precision {
@@ -171,6 +173,7 @@ impl From<PrecisionArg> for Precision {
         match argument {
             PrecisionArg::F32 => Self::F32,
             PrecisionArg::F64 => Self::F64,
+            PrecisionArg::Reference => Self::Reference,
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::row::Row;
 use crate::suite::worst_of;
 use vertebra::{
     Forces, Model, Precision, Random, Simulation, State, Workspace, Wrench, aba,
-    crba_forward_dynamics, joint_wrenches, residual, rnea,
+    crba_forward_dynamics, forward_error, joint_wrenches, residual, rnea,
 };
 
 /// Random inputs a row is measured on, in turn; its error is the largest over them.
@@ -97,16 +97,16 @@ impl Subject {
         )
     }
 
-    /// Forward dynamics by the articulated-body algorithm. Errors: against f64, and the residual of
-    /// the bodies' own equations.
+    /// Forward dynamics by the articulated-body algorithm. Errors: against the reference, and the
+    /// residual of the bodies' own equations.
     fn aba(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
         let mut workspace = Workspace::new(&self.model, precision);
-        let mut exact = Workspace::new(&self.model, Precision::F64);
+        let mut exact = Workspace::new(&self.model, Precision::Reference);
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
         for (state, forces) in &self.inputs {
+            aba(&self.model, state, forces, &mut exact)?;
             let qdd = aba(&self.model, state, forces, &mut workspace)?;
-            let reference = aba(&self.model, state, forces, &mut exact)?;
-            forward = worst_of(forward, difference(qdd, reference, &[]));
+            forward = worst_of(forward, forward_error(qdd, &exact)?);
             joint_wrenches(&mut workspace)?;
             own = worst_of(own, residual(&self.model, state, forces, &workspace)?.max());
         }
@@ -118,20 +118,21 @@ impl Subject {
             aba(&self.model, state, forces, &mut workspace).map(|_| ())
         })?;
         Ok(timing.map(|timing| Row {
-            error_forward: (precision != Precision::F64).then_some(forward),
+            error_forward: Some(forward),
             error_residual: Some(own),
             ..self.row("aba", precision, &timing)
         }))
     }
 
-    /// Forward dynamics through the mass matrix. Error: against ABA in f64.
+    /// Forward dynamics through the mass matrix. Error: against the reference.
     fn crba(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
         let mut workspace = Workspace::new(&self.model, precision);
+        let mut exact = Workspace::new(&self.model, Precision::Reference);
         let mut forward = 0.0_f64;
         for (state, forces) in &self.inputs {
             let dense = crba_forward_dynamics(&self.model, state, forces, &mut workspace)?;
-            let reference = aba(&self.model, state, forces, &mut workspace)?;
-            forward = worst_of(forward, difference(&dense, reference, &[]));
+            aba(&self.model, state, forces, &mut exact)?;
+            forward = worst_of(forward, forward_error(&dense, &exact)?);
         }
         let mut inputs = self.inputs.iter().cycle();
         let timing = meter.time(|| {
@@ -146,11 +147,11 @@ impl Subject {
         }))
     }
 
-    /// Inverse dynamics. Errors: against f64; and the joint forces that come back from the
+    /// Inverse dynamics. Errors: against the reference; and the joint forces that come back from the
     /// accelerations they cause; both over the largest force, bias forces among them.
     fn rnea(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
         let mut workspace = Workspace::new(&self.model, precision);
-        let mut exact = Workspace::new(&self.model, Precision::F64);
+        let mut exact = Workspace::new(&self.model, Precision::Reference);
         let still = vec![0.0; self.model.dof_count()];
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
         let mut accelerations = Vec::new();
@@ -172,14 +173,15 @@ impl Subject {
             rnea(&self.model, state, qdd, forces, &mut workspace).map(|_| ())
         })?;
         Ok(timing.map(|timing| Row {
-            error_forward: (precision != Precision::F64).then_some(forward),
+            error_forward: Some(forward),
             error_residual: Some(own),
             ..self.row("rnea", precision, &timing)
         }))
     }
 
     /// A whole step, as the source measured it: forward dynamics, integration, and the place of every
-    /// body. Errors: rates after the step against f64; residual of the bodies' own equations.
+    /// body. Errors: rates after the step against accelerations of the reference; residual of the
+    /// bodies' own equations.
     fn step(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
         let model = &self.model;
         let mut workspace = Workspace::new(model, precision);
@@ -189,7 +191,7 @@ impl Subject {
             joint_wrenches(&mut workspace)?;
             own = worst_of(own, residual(model, state, forces, &workspace)?.max());
             let mut rates = Vec::new();
-            for precision in [precision, Precision::F64] {
+            for precision in [precision, Precision::Reference] {
                 let mut simulation = self.simulation(precision, state, forces)?;
                 simulation.step(STEP)?;
                 rates.push(simulation.state().qd.clone());
@@ -212,7 +214,7 @@ impl Subject {
             simulation.pose(model.last_body())
         })?;
         Ok(timing.map(|timing| Row {
-            error_forward: (precision != Precision::F64).then_some(forward),
+            error_forward: Some(forward),
             error_residual: Some(own),
             reference_time_s: self.published_step_s,
             ..self.row("step", precision, &timing)

@@ -100,8 +100,9 @@ fn case(text: &str) -> anyhow::Result<Case> {
     })
 }
 
-/// In f64 every chain within 1e-10. In f32 rounding errors add up along the chain like a random walk:
-/// 64 sqrt(n) eps.
+/// In f64 every chain within 1e-10; in the reference precision all numbers agree to the last bit of
+/// f64, and one rounding is allowed for. In f32 rounding errors add up along the chain like a random
+/// walk: 64 sqrt(n) eps.
 ///
 /// # Errors
 /// If a chain cannot be solved.
@@ -112,6 +113,7 @@ pub fn joint_accelerations(solver: &dyn Solver) -> Outcome {
         #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
         let bound = match solver.precision() {
             Precision::F64 => 1e-10,
+            Precision::Reference => f64::EPSILON,
             Precision::F32 => 64.0 * (n as f64).sqrt() * Precision::F32.epsilon(),
         };
         // The condition of the mass matrix grows too fast for longer ones.

@@ -177,7 +177,7 @@ fn for_each_case(
     Ok(())
 }
 
-/// Joint accelerations: 1e-9 in f64; in f32 16 eps a degree of freedom.
+/// Joint accelerations: 1e-9 in f64 and more; in f32 16 eps a degree of freedom.
 ///
 /// # Errors
 /// If a robot cannot be solved.
@@ -186,7 +186,7 @@ pub fn joint_accelerations(solver: &dyn Solver) -> Outcome {
     for_each_case(|name, model, case, state, forces, order| {
         #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
         let bound = match solver.precision() {
-            Precision::F64 => TOLERANCE,
+            Precision::F64 | Precision::Reference => TOLERANCE,
             Precision::F32 => 16.0 * model.dof_count() as f64 * Precision::F32.epsilon(),
         };
         let qdd = solver.solve(model, state, forces)?;

@@ -53,6 +53,7 @@ pub fn all() -> Vec<Box<dyn Solver>> {
     vec![
         Box::new(Aba(Precision::F64)),
         Box::new(Aba(Precision::F32)),
+        Box::new(Aba(Precision::Reference)),
         Box::new(Crba),
     ]
 }

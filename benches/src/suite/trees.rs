@@ -107,11 +107,16 @@ fn large_problems() -> anyhow::Result<Vec<Problem>> {
 }
 
 /// |tau - RNEA(qdd)|_i over eps n (|M| |qdd| + |h|)_i, at most 8: the joint torques of the solution,
-/// by inverse dynamics in f64.
+/// by inverse dynamics in f64, or in the reference precision for it; eps is that of the numbers
+/// handed over, f64 at best.
 ///
 /// # Errors
 /// If a problem cannot be solved.
 pub fn joint_torque_residual(solver: &dyn Solver) -> Outcome {
+    let evaluation = match solver.precision() {
+        Precision::Reference => Precision::Reference,
+        _ => Precision::F64,
+    };
     let mut figures = Vec::new();
     for problem in small_problems()? {
         let Problem {
@@ -121,12 +126,12 @@ pub fn joint_torque_residual(solver: &dyn Solver) -> Outcome {
             forces,
         } = &problem;
         let qdd = solver.solve(model, state, forces)?;
-        let mut workspace = Workspace::new(model, Precision::F64);
+        let mut workspace = Workspace::new(model, evaluation);
         let still = vec![0.0; model.dof_count()];
         let bias = rnea(model, state, &still, forces, &mut workspace)?.to_vec();
         let tau = rnea(model, state, &qdd, forces, &mut workspace)?.to_vec();
         let mass = crba(model, state, &mut workspace)?;
-        let unit = solver.precision().epsilon() * problem.size();
+        let unit = solver.precision().epsilon().max(f64::EPSILON) * problem.size();
         let mut worst = 0.0_f64;
         for i in 0..model.dof_count() {
             let moved: f64 = (0..qdd.len())

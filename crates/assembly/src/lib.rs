@@ -1,4 +1,5 @@
-//! Articulated models: bodies and joints, checked and ordered; generators; URDF import.
+//! Articulated models: bodies and joints, checked and ordered; generators; URDF import; assembly
+//! trees and their schedules.
 //!
 //! A [`ModelDescription`] is plain data: bodies in any order, parents by name. Building it checks
 //! everything and gives a [`Model`]: constant, parents before children, cheap to clone. A
@@ -23,6 +24,7 @@ mod massless;
 mod model;
 mod not_simulated;
 mod random;
+pub mod schedule;
 mod state;
 mod units;
 #[cfg(feature = "urdf")]

@@ -1,10 +1,10 @@
 //! Energies, momenta and the centre of mass.
 
-use crate::workspace::{Sweeps, in_f64, in_precision};
+use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Workspace, forward_kinematics};
 use glam::DVec3;
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{Real, Vec3};
+use vertebra_spatial::{Force, Real, Vec3};
 
 /// Energies and momenta of a whole model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +23,7 @@ pub struct Mechanics {
     pub angular_momentum: DVec3,
 }
 
-/// Energies, momenta and centre of mass. Sums in f64, from the workspace's kinematics.
+/// Energies, momenta and centre of mass. Sums in f64 at least, from the workspace's kinematics.
 ///
 /// # Errors
 /// [`Error`] if the state does not fit the model or the workspace belongs to another, or if a sum
@@ -34,24 +34,7 @@ pub fn mechanics(
     workspace: &mut Workspace,
 ) -> Result<Mechanics, Error> {
     forward_kinematics(model, state, workspace)?;
-    let units = model.units();
-    let sums = in_precision!(&workspace.arrays, s => s.sums());
-    // About the centre of mass: L_c = L_o - c x p.
-    let center = if sums.mass > 0.0 {
-        sums.moment / sums.mass
-    } else {
-        DVec3::ZERO
-    };
-    let gravity = model.gravity() / units.acceleration();
-    let momentum = units.mass * units.velocity();
-    let result = Mechanics {
-        kinetic_energy: sums.kinetic_energy * units.energy(),
-        potential_energy: -gravity.dot(sums.moment) * units.energy(),
-        mass: sums.mass * units.mass,
-        center: center * units.length,
-        linear_momentum: sums.linear * momentum,
-        angular_momentum: (sums.angular - center.cross(sums.linear)) * (momentum * units.length),
-    };
+    let result = in_precision!(&workspace.arrays, s => s.mechanics(model));
     let energies = [result.kinetic_energy, result.potential_energy];
     if energies.iter().all(|energy| energy.is_finite()) && result.angular_momentum.is_finite() {
         return Ok(result);
@@ -63,35 +46,63 @@ pub fn mechanics(
     })
 }
 
-#[derive(Default)]
-struct Sums {
-    kinetic_energy: f64,
-    mass: f64,
-    moment: DVec3,
-    linear: DVec3,
-    /// About the world's origin.
-    angular: DVec3,
+/// Sums over the bodies in the model's units, momenta and first moment about the world's origin.
+#[derive(Clone, Copy)]
+struct Sums<T> {
+    kinetic_energy: T,
+    mass: T,
+    moment: Vec3<T>,
+    momentum: Force<T>,
+}
+
+impl<T: Real> Sums<T> {
+    const ZERO: Self = Self {
+        kinetic_energy: T::ZERO,
+        mass: T::ZERO,
+        moment: Vec3::ZERO,
+        momentum: Force::ZERO,
+    };
+
+    fn center(&self) -> Vec3<T> {
+        if self.mass > T::ZERO {
+            self.moment * (T::ONE / self.mass)
+        } else {
+            Vec3::ZERO
+        }
+    }
 }
 
 impl<T: Real> Sweeps<T> {
-    fn sums(&self) -> Sums {
-        let mut sums = Sums::default();
+    fn sums(&self) -> Sums<T::Wide> {
+        let mut sums = Sums::ZERO;
         for i in 0..self.links.len() {
-            let velocity = self.velocity[i];
-            let momentum = self.inertia[i].mul(velocity);
-            let position = self.position[i].to_glam();
-            let mass = self.inertia[i].mass.to_f64();
-            let linear = momentum.linear.to_glam();
-            let power = in_f64(velocity).dot(vertebra_spatial::Force::new(
-                Vec3::from_glam(momentum.angular.to_glam()),
-                Vec3::from_glam(linear),
-            ));
-            sums.kinetic_energy += 0.5 * power;
-            sums.mass += mass;
-            sums.moment += position * mass + self.inertia[i].moment.to_glam();
-            sums.linear += linear;
-            sums.angular += momentum.angular.to_glam() + position.cross(linear);
+            let momentum = self.inertia[i].mul(self.velocity[i]).map(T::widen);
+            let velocity = self.velocity[i].map(T::widen);
+            let inertia = self.inertia[i].map(T::widen);
+            let position = self.position[i].map(T::widen);
+            sums.kinetic_energy += T::Wide::HALF * velocity.dot(momentum);
+            sums.mass += inertia.mass;
+            sums.moment += position * inertia.mass + inertia.moment;
+            sums.momentum += momentum.shifted_back(position);
         }
         sums
+    }
+
+    fn mechanics(&self, model: &Model) -> Mechanics {
+        let units = model.units();
+        let sums = self.sums();
+        let center = sums.center();
+        // About the centre of mass: L_c = L_o - c x p.
+        let momentum = sums.momentum.shifted_back(-center);
+        let gravity = Vec3::<T::Wide>::from_glam(model.gravity() / units.acceleration());
+        let impulse = units.mass * units.velocity();
+        Mechanics {
+            kinetic_energy: sums.kinetic_energy.to_f64() * units.energy(),
+            potential_energy: -gravity.dot(sums.moment).to_f64() * units.energy(),
+            mass: sums.mass.to_f64() * units.mass,
+            center: center.to_glam() * units.length,
+            linear_momentum: momentum.linear.to_glam() * impulse,
+            angular_momentum: momentum.angular.to_glam() * (impulse * units.length),
+        }
     }
 }

@@ -3,7 +3,7 @@
 use crate::workspace::Sweeps;
 use crate::{Forces, Wrench};
 use vertebra_assembly::Units;
-use vertebra_spatial::{Force, Mat3, Real, Vec3};
+use vertebra_spatial::{Force, Real, Vec3};
 
 impl<T: Real> Sweeps<T> {
     /// Sets `external` to the external force minus the velocity-product force of every body.
@@ -25,12 +25,12 @@ impl<T: Real> Sweeps<T> {
         let mut linear = Vec3::from_glam(wrench.force / units.force());
         let mut angular = Vec3::from_glam(wrench.torque / units.energy());
         if wrench.body_axes {
-            let axes = rotation * Mat3::from_glam(link.body_frame.matrix());
+            let axes = rotation * link.body_frame.rotation;
             (linear, angular) = (axes * linear, axes * angular);
         }
         let arm = match wrench.point {
             None => link.center,
-            Some(point) => Vec3::from_glam(link.body_frame.transform_point(point / units.length)),
+            Some(point) => link.body_frame.point(Vec3::from_glam(point / units.length)),
         };
         Force::new(angular, linear).shifted_back(rotation * arm)
     }

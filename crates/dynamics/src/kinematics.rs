@@ -13,6 +13,7 @@
 
 use crate::workspace::{Computed, Sweeps, in_precision};
 use crate::{Error, Workspace, link::Kind};
+use glam::DQuat;
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{Mat3, Motion, Quat, Real, Transform, Vec3, subspace, vec3};
 
@@ -116,8 +117,7 @@ impl<T: Real> Sweeps<T> {
                         Motion::new(rotation * vec3(rates[0], rates[1], rates[2]), Vec3::ZERO);
                 }
                 Kind::Free => {
-                    let at = vec3(q[0], q[1], q[2]);
-                    let at = Vec3::from_glam(at.to_glam() / length);
+                    let at = vec3(q[0], q[1], q[2]).map(|x| T::from_f64(x / length));
                     let frame = Transform {
                         rotation: parent * link.placement.rotation,
                         translation: offset,
@@ -165,6 +165,6 @@ impl<T: Real> Sweeps<T> {
 
 /// Rotation matrix of a quaternion in coordinates, which is of unit length only to 1e-6.
 fn orientation<T: Real>(q: &[f64]) -> Mat3<T> {
-    let q = Quat::<f64>::from_xyzw(q[0], q[1], q[2], q[3]).normalized();
-    Mat3::from_glam(q.to_matrix().to_glam())
+    let q = Quat::<T::Wide>::from_glam(DQuat::from_slice(q));
+    q.normalized().to_matrix().map(T::narrow)
 }

@@ -4,7 +4,8 @@
 //! A [`Model`] is constant, a [`State`](vertebra_assembly::State) is what
 //! is saved, a [`Workspace`] owns scratch and results; the algorithms are functions over them. A
 //! [`Simulation`] bundles them all. All values are f64 in SI at the boundary; the precision inside
-//! is a choice of the workspace.
+//! is a choice of the workspace: f32, f64, or a reference of 106 bits against which [`forward_error`]
+//! measures the others.
 //!
 //! ```
 //! use vertebra_assembly::{State, generate};
@@ -30,6 +31,7 @@ mod energy;
 mod error;
 mod external;
 mod forces;
+mod forward_error;
 mod integrate;
 mod kinematics;
 mod link;
@@ -44,6 +46,7 @@ pub use crba::{crba, crba_forward_dynamics};
 pub use energy::{Mechanics, mechanics};
 pub use error::Error;
 pub use forces::{Forces, Wrench};
+pub use forward_error::forward_error;
 pub use integrate::Integrator;
 pub use kinematics::{body_poses, forward_kinematics};
 pub use precision::Precision;

@@ -1,5 +1,10 @@
 //! The model as the sweeps read it: constants a body in working precision and the model's units.
+//!
+//! Everything that takes arithmetic (unit axes and quaternions, placements, inertias about the joint,
+//! Rodrigues' matrices) is computed in f64 at least, the reference in its own precision, and rounded
+//! once. The numbers of the model are exact, and so are its units, powers of two.
 
+use glam::DVec3;
 use vertebra_assembly::{Body, BodyId, JointKind, Model, Units};
 use vertebra_spatial::{Mat3, Pose, Real, RigidInertia, Sym3, Transform, Vec3};
 
@@ -20,7 +25,7 @@ pub(crate) struct Link<T> {
     /// Centre of mass in the joint frame.
     pub(crate) center: Vec3<T>,
     /// The body's own frame seen from its joint frame.
-    pub(crate) body_frame: Pose,
+    pub(crate) body_frame: Transform<T>,
     /// Start of its coordinates in q.
     pub(crate) q: usize,
     /// Start of its freedoms in qd.
@@ -46,7 +51,27 @@ pub(crate) enum Kind<T> {
     Free,
 }
 
-impl<T> Kind<T> {
+impl<T: Real> Kind<T> {
+    fn map<U: Real>(self, f: impl Fn(T) -> U) -> Kind<U> {
+        match self {
+            Self::Fixed => Kind::Fixed,
+            Self::Revolute {
+                axis,
+                still,
+                swing,
+                turn,
+            } => Kind::Revolute {
+                axis: axis.map(&f),
+                still: still.map(&f),
+                swing: swing.map(&f),
+                turn: turn.map(&f),
+            },
+            Self::Prismatic { axis } => Kind::Prismatic { axis: axis.map(f) },
+            Self::Spherical => Kind::Spherical,
+            Self::Free => Kind::Free,
+        }
+    }
+
     pub(crate) const fn dof_count(&self) -> usize {
         match self {
             Self::Fixed => 0,
@@ -62,42 +87,47 @@ impl<T: Real> Link<T> {
         model
             .bodies()
             .iter()
-            .map(|body| Self::new(body, model))
+            .map(|body| Link::<T::Wide>::new(body, model).map(T::narrow))
             .collect()
     }
 
     fn new(body: &Body, model: &Model) -> Self {
         let units = model.units();
-        let body_frame = body.joint.child_placement.inverse();
-        let parent_joint = body
-            .parent
-            .and_then(|id| model.body(id))
-            .map_or(Pose::IDENTITY, |parent| {
-                parent.joint.child_placement.inverse()
-            });
-        let placement = scaled(&compose(&parent_joint, &body.joint.parent_placement), units);
-        let mass = if body_frame == Pose::IDENTITY {
-            body.mass
-        } else {
-            body.mass.placed(&body_frame)
+        let body_frame = transform(&body.joint.child_placement, units).inverse();
+        let on_parent = transform(&body.joint.parent_placement, units);
+        let placement = match body.parent.and_then(|id| model.body(id)) {
+            Some(parent) => transform(&parent.joint.child_placement, units).inverse() * on_parent,
+            None => on_parent,
         };
         let moment_unit = units.mass * units.length * units.length;
-        let center = Vec3::from_glam(mass.center / units.length);
-        let inertia = RigidInertia::from_center(
-            T::from_f64(mass.mass / units.mass),
-            center,
-            Sym3::from_glam(mass.inertia * (1.0 / moment_unit)),
-        );
-        let transform = Transform::from_pose(&placement);
+        let center = body_frame.point(Vec3::from_glam(body.mass.center / units.length));
+        let central = Sym3::from_glam(body.mass.inertia * moment_unit.recip());
         Self {
             parent: body.parent.map(BodyId::index),
-            kind: kind(body.joint.kind, &transform.rotation),
-            placement: transform,
-            inertia,
+            kind: kind(body.joint.kind, &placement.rotation),
+            placement,
+            inertia: RigidInertia::from_center(
+                T::from_f64(body.mass.mass / units.mass),
+                center,
+                central.rotated(&body_frame.rotation),
+            ),
             center,
-            body_frame: scaled(&body_frame, units),
+            body_frame,
             q: body.position_start,
             v: body.dof_start,
+        }
+    }
+
+    fn map<U: Real>(self, f: impl Fn(T) -> U) -> Link<U> {
+        Link {
+            parent: self.parent,
+            kind: self.kind.map(&f),
+            placement: self.placement.map(&f),
+            inertia: self.inertia.map(&f),
+            center: self.center.map(&f),
+            body_frame: self.body_frame.map(&f),
+            q: self.q,
+            v: self.v,
         }
     }
 }
@@ -106,7 +136,7 @@ fn kind<T: Real>(joint: JointKind, placement: &Mat3<T>) -> Kind<T> {
     match joint {
         JointKind::Fixed => Kind::Fixed,
         JointKind::Revolute { axis } => {
-            let axis = Vec3::from_glam(axis);
+            let axis = unit(axis);
             let along = Mat3::outer(axis, axis);
             Kind::Revolute {
                 axis,
@@ -115,21 +145,20 @@ fn kind<T: Real>(joint: JointKind, placement: &Mat3<T>) -> Kind<T> {
                 turn: *placement * Mat3::cross_matrix(axis),
             }
         }
-        JointKind::Prismatic { axis } => Kind::Prismatic {
-            axis: Vec3::from_glam(axis),
-        },
+        JointKind::Prismatic { axis } => Kind::Prismatic { axis: unit(axis) },
         JointKind::Spherical => Kind::Spherical,
         JointKind::Free => Kind::Free,
     }
 }
 
-/// Composition that leaves exact placements exact.
-fn compose(a: &Pose, b: &Pose) -> Pose {
-    if *a == Pose::IDENTITY { *b } else { *a * *b }
+/// The model's axes are of unit length to f64's rounding.
+fn unit<T: Real>(axis: DVec3) -> Vec3<T> {
+    let axis = Vec3::from_glam(axis);
+    axis * (T::ONE / axis.length())
 }
 
-fn scaled(pose: &Pose, units: &Units) -> Pose {
-    Pose::new(pose.rotation, pose.translation / units.length)
+fn transform<T: Real>(pose: &Pose, units: &Units) -> Transform<T> {
+    Transform::from_pose(&Pose::new(pose.rotation, pose.translation / units.length))
 }
 
 /// Factors between SI and the model's units for each degree of freedom.
@@ -165,5 +194,60 @@ impl Scales {
             }
         }
         scales
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::workspace::Sweeps;
+    use vertebra_assembly::State;
+    use vertebra_assembly::generate::{self, RandomTree};
+    use vertebra_spatial::{DoubleDouble, vec3};
+
+    /// Nothing on the way from the model to the sweeps is rounded to f64: rotations are rotations
+    /// and inertias keep their traces to the last bits of the reference.
+    #[test]
+    fn constants_have_the_bits_of_the_reference() {
+        let tree = RandomTree {
+            floating: true,
+            ..RandomTree::mixed(40)
+        };
+        let model = generate::random_tree(&tree, 5).unwrap();
+        let mut state = State::random(&model, 6);
+        // Quaternions of a length that only just passes for 1.
+        for body in model.bodies() {
+            if body.joint.kind == JointKind::Spherical {
+                state.q[body.position_range()].iter_mut().for_each(|x| {
+                    *x *= 1.0 + 5e-7;
+                });
+            }
+        }
+        let scales = Scales::of_model(&model);
+        let mut s = Sweeps::<DoubleDouble>::new(&model);
+        s.set_state(&state, model.units().length, &scales.rate);
+        let eps = DoubleDouble::EPSILON.hi();
+        let number = DoubleDouble::from_f64;
+        let bound = 16.0 * eps * model.depth() as f64;
+        for (i, body) in model.bodies().iter().enumerate() {
+            let off = s.rotation[i].transpose() * s.rotation[i] - Mat3::IDENTITY;
+            for column in [off.x_axis, off.y_axis, off.z_axis] {
+                let largest = column.length().to_f64();
+                assert!(largest <= bound, "rotation of {i}: {largest:e}");
+            }
+            // tr(I + m (|c|^2 1 - c c')) = tr I + 2 m |c|^2, whatever the axes; c from the joint.
+            let units = model.units();
+            let m = body.mass.mass / units.mass;
+            let c = (body.mass.center / units.length).to_array();
+            let j = (body.joint.child_placement.translation / units.length).to_array();
+            let arm = |k: usize| number(c[k]) - number(j[k]);
+            let square = vec3(arm(0), arm(1), arm(2)).length_squared();
+            let unit = units.mass * units.length * units.length;
+            let central = Sym3::<DoubleDouble>::from_glam(body.mass.inertia * unit.recip());
+            let expected = central.trace() + number(2.0 * m) * square;
+            let trace = s.links[i].inertia.rotational.trace();
+            let error = ((trace - expected) / expected).abs().to_f64();
+            assert!(error <= 32.0 * eps, "inertia of {i}: {error:e}");
+        }
     }
 }

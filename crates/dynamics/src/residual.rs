@@ -1,6 +1,7 @@
 //! The residual of the bodies' own equations: how well a solution solves what it claims to.
 //!
-//! Of every body and joint three equations are evaluated in f64:
+//! Of every body and joint three equations are evaluated, in f64 or, for the reference, in its own
+//! precision:
 //! - Newton-Euler: I a + bias - external - f + sum over children of X' f_child = 0 (6 rows),
 //! - acceleration match: a - X a_parent - c - S qdd = 0 (6 rows),
 //! - joint force: S' f - tau = 0 (one row a freedom).
@@ -10,10 +11,11 @@
 //! solves a problem whose numbers differ from the given ones in the 16th digit. Unlike the residual
 //! of the joint torques it does not grow with the condition of the joint-space mass matrix.
 
-use crate::workspace::{Sweeps, Workspace, in_f64, in_f64_force, in_precision};
+use crate::link::Scales;
+use crate::workspace::{Sweeps, Workspace, in_precision};
 use crate::{Error, Forces};
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{Force, Motion, RigidInertia, Vec3, vec3};
+use vertebra_spatial::{Force, Motion, Real, RigidInertia, Sym3, Vec3, vec3};
 
 /// The largest row-scaled residual of each kind of equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,8 +42,8 @@ impl Residual {
 /// Residual of the bodies' own equations of what [`aba`](crate::aba) and
 /// [`joint_wrenches`](crate::joint_wrenches) left in `workspace` for this state and these forces.
 ///
-/// Evaluated in f64 whatever the workspace's precision; takes memory of its own, so it is a
-/// measurement and not part of a step.
+/// Evaluated in f64, or in the reference precision if that is the workspace's, on the solution before
+/// it is rounded to f64. Takes memory of its own, so it is a measurement and not part of a step.
 ///
 /// # Errors
 /// [`Error`] if an input does not fit the model or the solution has not been computed.
@@ -54,18 +56,36 @@ pub fn residual(
     workspace.check_model(model)?;
     state.check(model)?;
     forces.check(model)?;
-    let qdd = workspace.joint_accelerations()?;
+    workspace.joint_accelerations()?;
     workspace.joint_wrench(model.last_body())?;
-    let (a, f) = in_precision!(&workspace.arrays, s => (
-        s.acceleration.iter().map(|&a| in_f64(a)).collect::<Vec<_>>(),
-        s.joint_wrench.iter().map(|&f| in_f64_force(f)).collect::<Vec<_>>(),
-    ));
     let scales = &workspace.scales;
-    let s = &mut Sweeps::<f64>::new(model);
+    Ok(in_precision!(&workspace.arrays, solution => {
+        evaluate(solution, model, state, forces, scales)
+    }))
+}
+
+fn evaluate<T: Real>(
+    solution: &Sweeps<T>,
+    model: &Model,
+    state: &State,
+    forces: &Forces,
+    scales: &Scales,
+) -> Residual {
+    let a: Vec<_> = solution
+        .acceleration
+        .iter()
+        .map(|a| a.map(T::widen))
+        .collect();
+    let f: Vec<_> = solution
+        .joint_wrench
+        .iter()
+        .map(|f| f.map(T::widen))
+        .collect();
+    let s = &mut Sweeps::<T::Wide>::new(model);
     s.set_state(state, model.units().length, &scales.rate);
     s.set_external(forces, model.units());
-    for (u, (&qdd, &scale)) in s.u.iter_mut().zip(qdd.iter().zip(&scales.acceleration)) {
-        *u = qdd / scale;
+    for (u, &qdd) in s.u.iter_mut().zip(&solution.u) {
+        *u = qdd.widen();
     }
 
     let mut worst = Residual::default();
@@ -85,26 +105,26 @@ pub fn residual(
         worst.acceleration = worst_of(worst.acceleration, largest(row, scale));
         for dof in s.dofs(i) {
             let column = s.subspace[dof];
-            let tau = forces.joint[dof] / scales.force[dof];
+            let tau = T::Wide::from_f64(forces.joint[dof] / scales.force[dof]);
             let row = column.dot(f[i]) - tau;
             let scale = absolute(column).dot(absolute_force(f[i])) + tau.abs();
             worst.joint_force = worst_of(worst.joint_force, ratio(row, scale));
         }
     }
-    Ok(worst)
+    worst
 }
 
-type Rows = ([f64; 6], [f64; 6]);
+type Rows<T> = ([T; 6], [T; 6]);
 
 /// Rows of the Newton-Euler equations without the children's forces, and the sums of their terms.
-fn newton_euler_rows(
-    s: &Sweeps<f64>,
+fn newton_euler_rows<T: Real>(
+    s: &Sweeps<T>,
     forces: &Forces,
     model: &Model,
-    a: &[Motion<f64>],
-    f: &[Force<f64>],
-) -> Vec<Rows> {
-    let mut rows: Vec<Rows> = (0..s.links.len())
+    a: &[Motion<T>],
+    f: &[Force<T>],
+) -> Vec<Rows<T>> {
+    let mut rows: Vec<Rows<T>> = (0..s.links.len())
         .map(|i| {
             let row = s.inertia[i].mul(a[i]) - s.external[i] - f[i];
             let bias = s.inertia[i].bias(s.spin[i]);
@@ -122,7 +142,7 @@ fn newton_euler_rows(
     rows
 }
 
-fn acceleration_rows(s: &Sweeps<f64>, i: usize, a: &[Motion<f64>]) -> Rows {
+fn acceleration_rows<T: Real>(s: &Sweeps<T>, i: usize, a: &[Motion<T>]) -> Rows<T> {
     let above = s.links[i].parent.map_or(s.base, |parent| a[parent]);
     let r = if s.links[i].parent.is_some() {
         s.offset[i]
@@ -147,42 +167,46 @@ fn worst_of(a: f64, b: f64) -> f64 {
     if b <= a { a } else { b }
 }
 
-fn ratio(row: f64, scale: f64) -> f64 {
-    if row == 0.0 { 0.0 } else { row.abs() / scale }
+fn ratio<T: Real>(row: T, scale: T) -> f64 {
+    if row == T::ZERO {
+        0.0
+    } else {
+        (row.abs() / scale).to_f64()
+    }
 }
 
-fn largest(row: [f64; 6], scale: [f64; 6]) -> f64 {
+fn largest<T: Real>(row: [T; 6], scale: [T; 6]) -> f64 {
     row.iter().zip(scale).fold(0.0, |worst, (&row, scale)| {
         worst_of(worst, ratio(row, scale))
     })
 }
 
-fn add(sum: &mut [f64; 6], terms: [f64; 6]) {
+fn add<T: Real>(sum: &mut [T; 6], terms: [T; 6]) {
     for (sum, term) in sum.iter_mut().zip(terms) {
         *sum += term;
     }
 }
 
-fn force_array(f: Force<f64>) -> [f64; 6] {
+fn force_array<T: Real>(f: Force<T>) -> [T; 6] {
     let (n, l) = (f.angular, f.linear);
     [n.x, n.y, n.z, l.x, l.y, l.z]
 }
 
-fn motion_array(m: Motion<f64>) -> [f64; 6] {
+fn motion_array<T: Real>(m: Motion<T>) -> [T; 6] {
     let (n, l) = (m.angular, m.linear);
     [n.x, n.y, n.z, l.x, l.y, l.z]
 }
 
-fn absolute(m: Motion<f64>) -> Motion<f64> {
+fn absolute<T: Real>(m: Motion<T>) -> Motion<T> {
     Motion::new(m.angular.abs(), m.linear.abs())
 }
 
-fn absolute_force(f: Force<f64>) -> Force<f64> {
+fn absolute_force<T: Real>(f: Force<T>) -> Force<T> {
     Force::new(f.angular.abs(), f.linear.abs())
 }
 
 /// The terms of a x b with absolute values: |a_y b_z| + |a_z b_y|, ...
-fn absolute_cross(a: Vec3<f64>, b: Vec3<f64>) -> Vec3<f64> {
+fn absolute_cross<T: Real>(a: Vec3<T>, b: Vec3<T>) -> Vec3<T> {
     let (a, b) = (a.abs(), b.abs());
     vec3(
         a.y * b.z + a.z * b.y,
@@ -191,7 +215,7 @@ fn absolute_cross(a: Vec3<f64>, b: Vec3<f64>) -> Vec3<f64> {
     )
 }
 
-fn absolute_shift(f: Force<f64>, r: Vec3<f64>) -> Force<f64> {
+fn absolute_shift<T: Real>(f: Force<T>, r: Vec3<T>) -> Force<T> {
     Force::new(
         f.angular.abs() + absolute_cross(r, f.linear),
         f.linear.abs(),
@@ -199,16 +223,8 @@ fn absolute_shift(f: Force<f64>, r: Vec3<f64>) -> Force<f64> {
 }
 
 /// |I| |a|.
-fn absolute_product(inertia: &RigidInertia<f64>, a: Motion<f64>) -> Force<f64> {
-    let i = inertia.rotational;
-    let rotational = vertebra_spatial::Sym3 {
-        xx: i.xx.abs(),
-        yy: i.yy.abs(),
-        zz: i.zz.abs(),
-        xy: i.xy.abs(),
-        xz: i.xz.abs(),
-        yz: i.yz.abs(),
-    };
+fn absolute_product<T: Real>(inertia: &RigidInertia<T>, a: Motion<T>) -> Force<T> {
+    let rotational: Sym3<T> = inertia.rotational.map(T::abs);
     Force::new(
         rotational * a.angular + absolute_cross(inertia.moment, a.linear),
         a.linear * inertia.mass + absolute_cross(a.angular, inertia.moment),

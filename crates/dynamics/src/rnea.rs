@@ -53,7 +53,7 @@ pub fn rnea<'w>(
 
 impl<T: Real> Sweeps<T> {
     /// From the world down: accelerations from the joint accelerations in `u`.
-    fn accelerate(&mut self) {
+    pub(crate) fn accelerate(&mut self) {
         for i in 0..self.links.len() {
             let above = match self.links[i].parent {
                 Some(parent) => self.acceleration[parent].shifted(self.offset[i]),

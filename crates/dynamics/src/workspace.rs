@@ -2,10 +2,11 @@
 
 use crate::link::{Link, Scales};
 use crate::{Error, Precision};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use vertebra_assembly::{BodyId, Model};
 use vertebra_spatial::{
-    ArticulatedInertia, Force, Mat3, Motion, Pose, Real, RigidInertia, SmallCholesky, Vec3,
+    ArticulatedInertia, DoubleDouble, Force, Mat3, Motion, Pose, Real, RigidInertia, SmallCholesky,
+    Vec3,
 };
 
 /// Memory in which the algorithms work and leave their results, made for one model and precision.
@@ -65,6 +66,7 @@ pub(crate) struct Computed {
 pub(crate) enum Arrays {
     F32(Sweeps<f32>),
     F64(Sweeps<f64>),
+    Reference(Sweeps<DoubleDouble>),
 }
 
 /// Runs a generic expression on the arrays of whichever precision a workspace has.
@@ -73,6 +75,7 @@ macro_rules! in_precision {
         match $arrays {
             $crate::workspace::Arrays::F32($sweeps) => $body,
             $crate::workspace::Arrays::F64($sweeps) => $body,
+            $crate::workspace::Arrays::Reference($sweeps) => $body,
         }
     };
 }
@@ -185,6 +188,7 @@ impl Workspace {
         let arrays = match precision {
             Precision::F32 => Arrays::F32(Sweeps::new(model)),
             Precision::F64 => Arrays::F64(Sweeps::new(model)),
+            Precision::Reference => Arrays::Reference(Sweeps::new(model)),
         };
         Self {
             scales: Scales::of_model(model),
@@ -204,6 +208,7 @@ impl Workspace {
         match self.arrays {
             Arrays::F32(_) => Precision::F32,
             Arrays::F64(_) => Precision::F64,
+            Arrays::Reference(_) => Precision::Reference,
         }
     }
 
@@ -266,12 +271,14 @@ impl Workspace {
         require(self.computed.poses, "poses", "forward_kinematics")?;
         let i = self.check_body(body)?;
         let length = self.model.units().length;
-        let (joint, frame) = in_precision!(&self.arrays, s => {
-            let rotation = glam::DQuat::from_mat3(&s.rotation[i].to_glam()).normalize();
-            (Pose::new(rotation, s.position[i].to_glam()), s.links[i].body_frame)
+        let pose = in_precision!(&self.arrays, s => {
+            let rotation = (s.rotation[i] * s.links[i].body_frame.rotation).to_glam();
+            let origin = s.position[i] + s.frame_origin(i);
+            Pose::new(
+                DQuat::from_mat3(&rotation).normalize(),
+                origin.to_glam() * length,
+            )
         });
-        let pose = joint * frame;
-        let pose = Pose::new(pose.rotation, pose.translation * length);
         self.refuse_overflow("pose", (!pose.translation.is_finite()).then_some(i))?;
         Ok(pose)
     }
@@ -285,7 +292,7 @@ impl Workspace {
         let i = self.check_body(body)?;
         let units = self.model.units();
         let velocity = in_precision!(&self.arrays, s => {
-            in_f64(s.velocity[i]).shifted(s.frame_origin(i))
+            s.velocity[i].shifted(s.frame_origin(i)).map(Real::to_f64)
         });
         let velocity = BodyMotion {
             angular: velocity.angular.to_glam() / units.time,
@@ -305,9 +312,9 @@ impl Workspace {
         let i = self.check_body(body)?;
         let units = self.model.units();
         let acceleration = in_precision!(&self.arrays, s => {
-            let (r, w) = (s.frame_origin(i), in_f64(Motion::new(s.spin[i], Vec3::ZERO)).angular);
-            let seen = (in_f64(s.acceleration[i]) - in_f64(s.base)).shifted(r);
-            Motion::new(seen.angular, seen.linear + w.cross(w.cross(r)))
+            let (r, w) = (s.frame_origin(i), s.spin[i]);
+            let seen = (s.acceleration[i] - s.base).shifted(r);
+            Motion::new(seen.angular, seen.linear + w.cross(w.cross(r))).map(Real::to_f64)
         });
         let acceleration = BodyMotion {
             angular: acceleration.angular.to_glam() / (units.time * units.time),
@@ -330,7 +337,7 @@ impl Workspace {
         )?;
         let i = self.check_body(body)?;
         let units = self.model.units();
-        let force = in_precision!(&self.arrays, s => in_f64_force(s.joint_wrench[i]));
+        let force = in_precision!(&self.arrays, s => s.joint_wrench[i].map(Real::to_f64));
         let wrench = BodyForce {
             moment: force.angular.to_glam() * units.energy(),
             force: force.linear.to_glam() * units.force(),
@@ -343,24 +350,9 @@ impl Workspace {
 
 impl<T: Real> Sweeps<T> {
     /// From the joint's origin to the origin of the body's own frame, world axes.
-    fn frame_origin(&self, body: usize) -> Vec3<f64> {
-        let in_joint = self.links[body].body_frame.translation;
-        Vec3::from_glam(self.rotation[body].to_glam() * in_joint)
+    fn frame_origin(&self, body: usize) -> Vec3<T> {
+        self.rotation[body] * self.links[body].body_frame.translation
     }
-}
-
-pub(crate) fn in_f64<T: Real>(m: Motion<T>) -> Motion<f64> {
-    Motion::new(
-        Vec3::from_glam(m.angular.to_glam()),
-        Vec3::from_glam(m.linear.to_glam()),
-    )
-}
-
-pub(crate) fn in_f64_force<T: Real>(f: Force<T>) -> Force<f64> {
-    Force::new(
-        Vec3::from_glam(f.angular.to_glam()),
-        Vec3::from_glam(f.linear.to_glam()),
-    )
 }
 
 fn require(computed: bool, what: &'static str, remedy: &'static str) -> Result<(), Error> {

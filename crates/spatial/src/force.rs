@@ -31,6 +31,13 @@ impl<T: Real> Force<T> {
         self.angular.is_finite() && self.linear.is_finite()
     }
 
+    /// Applies a function to every component.
+    #[inline]
+    #[must_use]
+    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> Force<U> {
+        Force::new(self.angular.map(&f), self.linear.map(&f))
+    }
+
     /// A force given about this origin, about the point from which this origin lies at `r`:
     /// X' = [1 r~; 0 1], the transpose of [`Motion::shifted`](crate::Motion::shifted)'s X.
     #[inline]

@@ -33,6 +33,17 @@ impl<T: Real> RigidInertia<T> {
         }
     }
 
+    /// Applies a function to every number.
+    #[inline]
+    #[must_use]
+    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> RigidInertia<U> {
+        RigidInertia {
+            mass: f(self.mass),
+            moment: self.moment.map(&f),
+            rotational: self.rotational.map(&f),
+        }
+    }
+
     /// Momentum of a body with velocity `v`: I v.
     #[inline]
     #[must_use]

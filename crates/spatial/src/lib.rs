@@ -11,8 +11,8 @@
 //! - Accelerations are conventional: the linear part is that of the material point at the origin.
 //!
 //! # Precision
-//! Everything is written once over the sealed scalar trait [`Real`] (f32 and f64). Values that
-//! cross a public boundary are f64, as glam types. Nothing here allocates.
+//! Everything is written once over the sealed scalar trait [`Real`]: f32, f64, and the 106 bits of
+//! [`DoubleDouble`], the reference that tells the error of the others. Values that cross a public boundary are f64, as glam types. Nothing here allocates.
 //!
 //! ```
 //! use vertebra_spatial::{Force, Motion, RigidInertia, Sym3, vec3};
@@ -26,6 +26,7 @@
 //! ```
 
 mod cholesky;
+mod double_double;
 mod force;
 mod inertia;
 mod matrix;
@@ -38,6 +39,7 @@ mod transform;
 mod vector;
 
 pub use cholesky::SmallCholesky;
+pub use double_double::DoubleDouble;
 pub use force::Force;
 pub use inertia::{ArticulatedInertia, RigidInertia};
 pub use matrix::{Mat3, Sym3};

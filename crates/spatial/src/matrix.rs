@@ -58,6 +58,17 @@ impl<T: Real> Mat3<T> {
         )
     }
 
+    /// Applies a function to every entry.
+    #[inline]
+    #[must_use]
+    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> Mat3<U> {
+        Mat3::from_cols(
+            self.x_axis.map(&f),
+            self.y_axis.map(&f),
+            self.z_axis.map(&f),
+        )
+    }
+
     /// The matrix `v~` with `v~ w = v x w`.
     #[inline]
     #[must_use]
@@ -195,6 +206,20 @@ impl<T: Real> Sym3<T> {
             xy: T::from_f64(m.y_axis.x),
             xz: T::from_f64(m.z_axis.x),
             yz: T::from_f64(m.z_axis.y),
+        }
+    }
+
+    /// Applies a function to every entry.
+    #[inline]
+    #[must_use]
+    pub fn map<U>(self, f: impl Fn(T) -> U) -> Sym3<U> {
+        Sym3 {
+            xx: f(self.xx),
+            yy: f(self.yy),
+            zz: f(self.zz),
+            xy: f(self.xy),
+            xz: f(self.xz),
+            yz: f(self.yz),
         }
     }
 

@@ -24,6 +24,13 @@ impl<T: Real> Motion<T> {
         Self { angular, linear }
     }
 
+    /// Applies a function to every component.
+    #[inline]
+    #[must_use]
+    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> Motion<U> {
+        Motion::new(self.angular.map(&f), self.linear.map(&f))
+    }
+
     /// The same velocity, or the same derivative of one, seen at the point that lies at `r` from
     /// this origin: X = [1 0; -r~ 1] (axes unchanged).
     #[inline]

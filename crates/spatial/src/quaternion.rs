@@ -90,7 +90,7 @@ impl<T: Real> Quat<T> {
         let (sin, cos) = (angle * T::HALF).sin_cos();
         let series_limit = T::EPSILON.sqrt().sqrt();
         let scale = if angle < series_limit {
-            T::HALF - square * (T::from_f64(1.0 / 48.0) - square * T::from_f64(1.0 / 3840.0))
+            T::HALF - square * (T::ONE / T::from_f64(48.0) - square / T::from_f64(3840.0))
         } else {
             sin / angle
         };
@@ -167,5 +167,5 @@ impl<T: Real> Mul for Quat<T> {
 #[must_use]
 pub fn rotation_vector_rate<T: Real>(u: Vec3<T>, w: Vec3<T>) -> Vec3<T> {
     let uw = u.cross(w);
-    w + uw * T::HALF + u.cross(uw) * T::from_f64(1.0 / 12.0)
+    w + uw * T::HALF + u.cross(uw) * (T::ONE / T::from_f64(12.0))
 }

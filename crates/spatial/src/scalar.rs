@@ -7,9 +7,11 @@ mod sealed {
     pub trait Sealed {}
     impl Sealed for f32 {}
     impl Sealed for f64 {}
+    impl Sealed for crate::DoubleDouble {}
 }
 
-/// A real number type in which the algorithms run: `f32` or `f64`.
+/// A real number type in which the algorithms run: `f32`, `f64` or
+/// [`DoubleDouble`](crate::DoubleDouble).
 ///
 /// Sealed: precision is an option of a solver, not something its user implements.
 pub trait Real:
@@ -30,19 +32,27 @@ pub trait Real:
     + Neg<Output = Self>
     + 'static
 {
+    /// The same precision, f64 at least: for constants, which are rounded once they are complete,
+    /// for sums, and for measuring errors.
+    type Wide: Real<Wide = Self::Wide>;
+
     /// 0.
     const ZERO: Self;
     /// 1.
     const ONE: Self;
     /// 1/2.
     const HALF: Self;
-    /// Distance from 1 to the next larger number (twice the unit roundoff).
+    /// Twice the unit roundoff, which bounds the relative error of one operation.
     const EPSILON: Self;
 
     /// The nearest number of this type.
     fn from_f64(value: f64) -> Self;
     /// The same number, or the nearest one, in f64.
     fn to_f64(self) -> f64;
+    /// The same number.
+    fn widen(self) -> Self::Wide;
+    /// The nearest number of this type.
+    fn narrow(wide: Self::Wide) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -70,6 +80,8 @@ fn round_to_f32(value: f64) -> f32 {
 macro_rules! impl_real {
     ($scalar:ident, $round:expr) => {
         impl Real for $scalar {
+            type Wide = f64;
+
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const HALF: Self = 0.5;
@@ -82,6 +94,14 @@ macro_rules! impl_real {
             #[inline]
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+            #[inline]
+            fn widen(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn narrow(wide: f64) -> Self {
+                $round(wide)
             }
             #[inline]
             fn sqrt(self) -> Self {

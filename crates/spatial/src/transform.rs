@@ -22,13 +22,23 @@ impl<T: Real> Transform<T> {
         translation: Vec3::ZERO,
     };
 
-    /// Rounds a pose to this precision.
+    /// The pose in this precision; its quaternion's length, which must not be zero, is divided out.
     #[inline]
     #[must_use]
     pub fn from_pose(pose: &Pose) -> Self {
         Self {
-            rotation: Mat3::from_glam(pose.matrix()),
+            rotation: Quat::from_glam(pose.rotation).normalized().to_matrix(),
             translation: Vec3::from_glam(pose.translation),
+        }
+    }
+
+    /// Applies a function to every number.
+    #[inline]
+    #[must_use]
+    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> Transform<U> {
+        Transform {
+            rotation: self.rotation.map(&f),
+            translation: self.translation.map(&f),
         }
     }
 
@@ -85,8 +95,8 @@ impl<T: Real> Transform<T> {
         let angle = square.sqrt();
         let (first, second) = if angle < T::EPSILON.sqrt().sqrt() {
             (
-                T::HALF - square * T::from_f64(1.0 / 24.0),
-                T::from_f64(1.0 / 6.0) - square * T::from_f64(1.0 / 120.0),
+                T::HALF - square / T::from_f64(24.0),
+                T::ONE / T::from_f64(6.0) - square / T::from_f64(120.0),
             )
         } else {
             // 1 - cos t = 2 sin^2(t/2) keeps its digits for small angles.

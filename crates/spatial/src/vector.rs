@@ -30,7 +30,7 @@ impl<T: Real> Vec3<T> {
     #[inline]
     #[must_use]
     pub fn from_glam(v: DVec3) -> Self {
-        vec3(T::from_f64(v.x), T::from_f64(v.y), T::from_f64(v.z))
+        vec3(v.x, v.y, v.z).map(T::from_f64)
     }
 
     /// The vector as a glam vector.
@@ -38,6 +38,13 @@ impl<T: Real> Vec3<T> {
     #[must_use]
     pub fn to_glam(self) -> DVec3 {
         DVec3::new(self.x.to_f64(), self.y.to_f64(), self.z.to_f64())
+    }
+
+    /// Applies a function to every component.
+    #[inline]
+    #[must_use]
+    pub fn map<U>(self, f: impl Fn(T) -> U) -> Vec3<U> {
+        vec3(f(self.x), f(self.y), f(self.z))
     }
 
     /// Inner product.
@@ -76,7 +83,7 @@ impl<T: Real> Vec3<T> {
     #[inline]
     #[must_use]
     pub fn abs(self) -> Self {
-        vec3(self.x.abs(), self.y.abs(), self.z.abs())
+        self.map(T::abs)
     }
 
     /// Whether no component is infinite or NaN.

@@ -22,7 +22,7 @@ pub use vertebra_collision::{
 pub use vertebra_dynamics::{
     self as dynamics, BodyForce, BodyMotion, Error, Forces, Integrator, Mechanics, Precision,
     Residual, Simulation, Workspace, Wrench, aba, body_poses, crba, crba_forward_dynamics,
-    forward_kinematics, joint_wrenches, mechanics, residual, rnea,
+    forward_error, forward_kinematics, joint_wrenches, mechanics, residual, rnea,
 };
 pub use vertebra_spatial::{self as spatial, Pose};
 
