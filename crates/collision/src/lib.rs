@@ -44,19 +44,28 @@
 
 mod all_pairs;
 mod bounds;
+mod box_pose;
+mod bvh;
+mod collider;
+mod culling;
 mod degenerate;
 mod error;
 pub mod exact;
 mod format;
 mod mesh;
 pub mod moller;
+mod parallel;
 mod predicates;
 mod query;
 mod sink;
 mod transform;
+mod traverse;
 
+pub use collider::Collider;
+pub use culling::Culling;
 pub use error::{MeshError, PolygonProblem, PoseProblem, QueryError, Side};
 pub use format::ply::{PlyPart, write_ply};
 pub use mesh::TriangleMesh;
-pub use query::{Method, Query};
+pub use query::{Method, Operand, Query};
+pub use sink::Statistics;
 pub use transform::RelativePose;

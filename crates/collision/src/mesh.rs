@@ -31,9 +31,7 @@ impl TriangleMesh {
         if triangles.is_empty() {
             return Err(MeshError::Empty);
         }
-        if let Some(vertex) = vertices.iter().position(|v| !v.is_finite()) {
-            return Err(MeshError::NonFiniteVertex { vertex });
-        }
+        check_finite(&vertices)?;
         for (triangle, corners) in triangles.iter().enumerate() {
             if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices.len()) {
                 return Err(MeshError::IndexOutOfRange {
@@ -109,6 +107,21 @@ impl TriangleMesh {
         obj::write(self, writer)
     }
 
+    /// Moves the vertices \[m], as many as there are.
+    ///
+    /// # Errors
+    ///
+    /// Another number of vertices, or a coordinate that is not finite; then nothing changes.
+    pub fn set_vertices(&mut self, vertices: Vec<Vec3>) -> Result<(), MeshError> {
+        let (expected, found) = (self.vertices.len(), vertices.len());
+        if expected != found {
+            return Err(MeshError::VertexCount { expected, found });
+        }
+        check_finite(&vertices)?;
+        self.vertices = vertices;
+        Ok(())
+    }
+
     /// The vertices \[m].
     #[must_use]
     pub fn vertices(&self) -> &[Vec3] {
@@ -149,6 +162,13 @@ impl TriangleMesh {
             })
             .map(|(index, _)| index)
             .collect()
+    }
+}
+
+fn check_finite(vertices: &[Vec3]) -> Result<(), MeshError> {
+    match vertices.iter().position(|v| !v.is_finite()) {
+        Some(vertex) => Err(MeshError::NonFiniteVertex { vertex }),
+        None => Ok(()),
     }
 }
 
