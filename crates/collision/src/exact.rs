@@ -1,18 +1,15 @@
 //! The exact test of one pair of triangles.
 //!
 //! Orientation signs decide: on which side of each triangle's plane the other's vertices lie (6), and, on the line
-//! where the planes meet, how the ends of the two triangles' parts of it are ordered (at most 4). All are signs of
-//! polynomials of degree three, so exact signs (`predicates.rs`) make an exact test. Guigue & Devillers (Fast and
-//! robust triangle-triangle overlap test using orientation predicates, Journal of Graphics Tools 8(1), 2003) order the
-//! ends by two such signs after permuting the vertices through a tree of cases; four need no permutation, and give the
-//! class of the intersection as well.
+//! where the planes meet, how the ends of the two triangles' parts of it are ordered (2). All are signs of polynomials
+//! of degree three, so exact signs (`predicates.rs`) make an exact test: that of Guigue & Devillers (Fast and robust
+//! triangle-triangle overlap test using orientation predicates, Journal of Graphics Tools 8(1), 2003), with the choice
+//! of the corners read off the signs instead of permuted through a tree of cases.
 
 use glam::DVec3;
 
 use crate::degenerate::{Segment, segments_meet};
-use crate::predicates::{
-    Axis, Plane, Sign, orient2d, orient3d, strictly_both_sides, strictly_one_side,
-};
+use crate::predicates::{Axis, Plane, Sides, Sign, orient2d, orient3d, strictly_one_side};
 
 /// Whether two closed triangles share a point.
 ///
@@ -79,92 +76,101 @@ fn decide_staged(
     plane_b: &Plane,
     exact: &mut u32,
 ) -> (bool, Stage) {
-    let a_sides = plane_b.sides(*a, exact);
-    if strictly_one_side(a_sides) {
+    let a_sides = plane_b.sides(a, exact);
+    if a_sides.strictly_one() {
         return (false, Stage::PlaneOfB);
     }
-    let b_sides = Plane::through(*a).sides(*b, exact);
-    if strictly_one_side(b_sides) {
+    let b_sides = Plane::through(*a).sides(b, exact);
+    if b_sides.strictly_one() {
         return (false, Stage::PlaneOfA);
     }
     // A triangle of zero area has no plane: every point gets the sign zero against it. So unless some sign differs
     // from zero both ways, the triangles share a plane or one of them has zero area.
-    match (Spokes::of(a_sides), Spokes::of(b_sides)) {
-        (Some(a_spokes), Some(b_spokes)) => {
-            let Spokes { hub, ends } = a_spokes;
-            let first = order_on_line((a, hub, ends[0]), (b, b_spokes), exact);
-            let meet = !strictly_one_side(first) || {
-                let second = order_on_line((a, hub, ends[1]), (b, b_spokes), exact);
-                !strictly_one_side([first[0], second[0], second[1]])
-            };
+    match (Part::of(a, a_sides), Part::of(b, b_sides)) {
+        (Some(part_a), Some(part_b)) => {
+            let meet = part_a.starts_before_end(&part_b, exact) != Sign::Negative
+                && part_a.ends_after_start(&part_b, exact) != Sign::Negative;
             (meet, Stage::Line)
         }
         _ => (coplanar_or_degenerate_meet(a, b), Stage::Degenerate),
     }
 }
 
-/// Two edges of a triangle, from a common vertex strictly off the other triangle's plane, that end on that plane or
-/// beyond it: where they meet the plane, the triangle's part of the plane ends.
+/// The part of a triangle in the plane of the other, a segment or a point of the line where the planes meet: it ends
+/// where two edges from a hub, a corner off the other plane, reach that plane.
 ///
-/// If only one vertex lies in the plane and none beyond, both edges are the same.
+/// With the normals n_A and n_B by the order of the corners, let the line run along d = n_A x n_B. Let p be where the
+/// edge a0 a1 of A from its hub reaches the plane of B, q where b0 b1 of B reaches that of A, and q = p + m d. Since
+/// a1 = a0 + s (p - a0) and b1 = b0 + t (q - b0) with s, t >= 1,
+///
+/// ```text
+/// det(a1 - a0, b0 - a0, b1 - a0) = s t det(p - a0, b0 - p, q - p)
+///                                = s t m (n_A x n_B) . ((p - a0) x (b0 - p))
+///                                = s t m (n_A . (b0 - p)) (n_B . (a0 - p))
+/// ```
+///
+/// (as n_A is normal to p - a0, and n_B to b0 - p). So that sign is the order of p and q along d times the sides of the
+/// two hubs. And of the ends p1 and p2 on the edges to the next and the last but one corner, p2 - p1 is l d with
+/// 0 < n_A . ((p1 - a0) x (p2 - p1)) = l |n_A|^2 (n_B . (p1 - a0)): A's part runs along d, from p1 to p2, iff its hub is
+/// on the negative side of B's plane; B's, for which d is -(n_B x n_A), iff its hub is on the positive side of A's.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spokes {
-    pub(crate) hub: usize,
-    pub(crate) ends: [usize; 2],
+pub(crate) struct Part {
+    hub: DVec3,
+    hub_is_positive: bool,
+    /// The far ends of the edges, the next corner's first. Both are the one corner in the plane if none is beyond.
+    ends: [DVec3; 2],
 }
 
-impl Spokes {
-    /// From the sides of the vertices, which must not all be strictly the same; none if all are zero.
-    pub(crate) fn of(sides: [Sign; 3]) -> Option<Self> {
-        // A hub alone on its side is best.
-        let lone = (0..3).find(|&i| {
-            sides[i] != Sign::Zero
-                && sides[(i + 1) % 3] != sides[i]
-                && sides[(i + 2) % 3] != sides[i]
-        });
-        if let Some(hub) = lone {
-            return Some(Self {
-                hub,
-                ends: [(hub + 1) % 3, (hub + 2) % 3],
-            });
-        }
-        let hub = sides.iter().position(|&side| side != Sign::Zero)?;
-        let end = sides.iter().position(|&side| side == Sign::Zero)?;
+impl Part {
+    /// From the sides of the corners, not all strictly the same; none if all are zero.
+    #[inline]
+    fn of(corners: &[DVec3; 3], Sides { positive, negative }: Sides) -> Option<Self> {
+        let strict = positive | negative;
+        let lone = if positive.count_ones() == 1 {
+            positive
+        } else {
+            negative
+        };
+        let (hub, ends) = if lone.count_ones() == 1 {
+            let hub = lone.trailing_zeros() as usize;
+            (hub, [(hub + 1) % 3, (hub + 2) % 3])
+        } else if strict != 0 {
+            // Two on one side and one in the plane.
+            (
+                (strict.trailing_zeros() as usize),
+                [(!strict).trailing_zeros() as usize; 2],
+            )
+        } else {
+            return None;
+        };
         Some(Self {
-            hub,
-            ends: [end, end],
+            hub: corners[hub],
+            hub_is_positive: positive >> hub & 1 == 1,
+            ends: ends.map(|end| corners[end]),
         })
     }
 
-    /// Whether the triangle touches the plane in one vertex only.
-    pub(crate) fn is_point(self) -> bool {
+    /// The sign of q2 - p1, for the start p1 of A's part along d and the end q2 of B's.
+    #[inline]
+    fn starts_before_end(&self, b: &Self, exact: &mut u32) -> Sign {
+        let start = self.ends[usize::from(self.hub_is_positive)];
+        let end = b.ends[usize::from(b.hub_is_positive)];
+        let sign = Plane::through([self.hub, start, b.hub]).side(end, exact);
+        sign.times(self.hub_is_positive == b.hub_is_positive)
+    }
+
+    /// The sign of p2 - q1, for the end p2 of A's part along d and the start q1 of B's.
+    #[inline]
+    fn ends_after_start(&self, b: &Self, exact: &mut u32) -> Sign {
+        let end = self.ends[usize::from(!self.hub_is_positive)];
+        let start = b.ends[usize::from(!b.hub_is_positive)];
+        let sign = Plane::through([self.hub, end, b.hub]).side(start, exact);
+        sign.times(self.hub_is_positive != b.hub_is_positive)
+    }
+
+    fn is_point(&self) -> bool {
         self.ends[0] == self.ends[1]
     }
-}
-
-/// The order, on the line where two planes meet, of the ends of the triangles' parts of it: the signs of q_j - p_i
-/// along the line for the ends p_1, p_2 of A and q_1, q_2 of B, all four up to one common sign.
-///
-/// Let p be where the spoke a0 a1 of A meets the plane of B, and q where the spoke b0 b1 of B meets the plane of A; both
-/// lie on the line. Since a1 = a0 + s (p - a0) and b1 = b0 + t (q - b0) with s, t >= 1,
-///
-/// ```text
-/// det(a1 - a0, b0 - a0, b1 - a0) = s t det(p - a0, b0 - a0, q - a0)
-/// ```
-///
-/// (what is left out is a multiple of b0 - a0): six times the volume of the tetrahedron a0 p b0 q. Its corner a0 is not
-/// in B's plane, which holds b0 and the line; and b0 is not on the line. So it vanishes iff p = q, and its sign is that
-/// of q - p times one that depends on a0 and b0 alone.
-///
-/// These are the two signs of one spoke of A against both of B.
-#[inline]
-fn order_on_line(
-    (a, a_hub, a_end): (&[DVec3; 3], usize, usize),
-    (b, b_spokes): (&[DVec3; 3], Spokes),
-    exact: &mut u32,
-) -> [Sign; 2] {
-    let b_ends = b_spokes.ends.map(|end| b[end]);
-    Plane::through([a[a_hub], a[a_end], b[b_spokes.hub]]).sides(b_ends, exact)
 }
 
 /// Whether a segment meets a triangle, from the sides of its ends and from how its line passes the three edges.
@@ -179,7 +185,7 @@ fn edge_meets(ends: [Sign; 2], passes: [Sign; 3], in_plane: impl FnOnce() -> boo
     if ends == [Sign::Zero; 2] {
         return in_plane();
     }
-    !strictly_both_sides(passes)
+    !(passes.contains(&Sign::Positive) && passes.contains(&Sign::Negative))
 }
 
 /// Whether a segment, possibly a point, meets a proper triangle.

@@ -37,6 +37,11 @@ impl Sign {
         }
     }
 
+    /// The sign, or its opposite if not `positive`.
+    pub(crate) fn times(self, positive: bool) -> Self {
+        if positive { self } else { self.opposite() }
+    }
+
     pub(crate) fn opposite(self) -> Self {
         match self {
             Self::Negative => Self::Positive,
@@ -51,9 +56,25 @@ pub(crate) fn strictly_one_side<const N: usize>(signs: [Sign; N]) -> bool {
     signs == [Sign::Positive; N] || signs == [Sign::Negative; N]
 }
 
-/// Whether both strict signs occur.
-pub(crate) fn strictly_both_sides<const N: usize>(signs: [Sign; N]) -> bool {
-    signs.contains(&Sign::Positive) && signs.contains(&Sign::Negative)
+/// The sides of a triangle's three corners against a plane, as bits, so that no branch depends on them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sides {
+    /// A bit for each corner strictly on the positive side, corner 0 lowest.
+    pub(crate) positive: u32,
+    /// A bit for each corner strictly on the negative side.
+    pub(crate) negative: u32,
+}
+
+impl Sides {
+    const ALL: u32 = 0b111;
+
+    pub(crate) fn strictly_one(self) -> bool {
+        (self.positive == Self::ALL) | (self.negative == Self::ALL)
+    }
+
+    pub(crate) fn strictly_both(self) -> bool {
+        (self.positive != 0) & (self.negative != 0)
+    }
 }
 
 /// Relative error of the filter, in units of the permanent: 16 roundings.
@@ -99,29 +120,58 @@ impl Plane {
         }
     }
 
+    /// The determinant det(b - a, c - a, p - a), and what it is off by at most; both rounded.
+    #[inline]
+    fn determinant(&self, p: DVec3) -> (f64, f64) {
+        let w = p - self.points[0];
+        let bound = self.permanent.dot(w.abs()) * RELATIVE + ABSOLUTE;
+        (self.normal.dot(w), bound)
+    }
+
+    #[cold]
+    fn exact_side(&self, p: DVec3, exact: &mut u32) -> Sign {
+        *exact += 1;
+        let [a, b, c] = self.points;
+        exact_orient3d([a, b, c, p])
+    }
+
     /// On which side of the plane the point lies: the sign of det(b - a, c - a, p - a). All points have the sign zero
     /// if a, b and c are collinear.
     ///
     /// Counts in `exact` the signs that the filter leaves to expansions.
     #[inline]
     pub(crate) fn side(&self, p: DVec3, exact: &mut u32) -> Sign {
-        let w = p - self.points[0];
-        let determinant = self.normal.dot(w);
-        let bound = self.permanent.dot(w.abs()) * RELATIVE + ABSOLUTE;
-        if determinant > bound {
-            Sign::Positive
-        } else if determinant < -bound {
-            Sign::Negative
+        let (determinant, bound) = self.determinant(p);
+        if determinant.abs() > bound {
+            Sign::of(determinant)
         } else {
-            *exact += 1;
-            let [a, b, c] = self.points;
-            exact_orient3d([a, b, c, p])
+            self.exact_side(p, exact)
         }
     }
 
+    /// The sides of a triangle's corners.
     #[inline]
-    pub(crate) fn sides<const N: usize>(&self, points: [DVec3; N], exact: &mut u32) -> [Sign; N] {
-        points.map(|p| self.side(p, exact))
+    pub(crate) fn sides(&self, corners: &[DVec3; 3], exact: &mut u32) -> Sides {
+        let computed = corners.map(|p| self.determinant(p));
+        let mut sides = Sides {
+            positive: 0,
+            negative: 0,
+        };
+        for (corner, (determinant, bound)) in computed.iter().enumerate() {
+            sides.positive |= u32::from(determinant > bound) << corner;
+            sides.negative |= u32::from(*determinant < -bound) << corner;
+        }
+        let mut left = Sides::ALL & !(sides.positive | sides.negative);
+        while left != 0 {
+            let corner = left.trailing_zeros();
+            left &= left - 1;
+            match self.exact_side(corners[corner as usize], exact) {
+                Sign::Positive => sides.positive |= 1 << corner,
+                Sign::Negative => sides.negative |= 1 << corner,
+                Sign::Zero => {}
+            }
+        }
+        sides
     }
 }
 
