@@ -1,9 +1,11 @@
 //! Conservative bounding boxes in `f32`, alone and eight side by side.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 
 /// Boxes in a packet.
 pub(crate) const LANES: usize = 8;
+
+const ALL_LANES: u32 = (1 << LANES) - 1;
 
 /// A box that contains its points \[m].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,18 +86,17 @@ fn round_up(x: f64) -> f32 {
     -round_down(-x)
 }
 
-/// Boxes side by side, so that one comparison instruction serves several; lanes without a box are empty.
-#[derive(Clone, Debug)]
-#[repr(align(32))]
+/// Eight boxes side by side, four to a register; lanes without a box are empty.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Packet {
-    pub(crate) min: [[f32; LANES]; 3],
-    pub(crate) max: [[f32; LANES]; 3],
+    pub(crate) min: [[Vec4; 2]; 3],
+    pub(crate) max: [[Vec4; 2]; 3],
 }
 
 impl Packet {
     const EMPTY: Self = Self {
-        min: [[f32::INFINITY; LANES]; 3],
-        max: [[f32::NEG_INFINITY; LANES]; 3],
+        min: [[Vec4::INFINITY; 2]; 3],
+        max: [[Vec4::NEG_INFINITY; 2]; 3],
     };
 
     /// At most [`LANES`] boxes.
@@ -103,29 +104,26 @@ impl Packet {
         let mut packet = Self::EMPTY;
         for (lane, bounds) in boxes.take(LANES).enumerate() {
             for k in 0..3 {
-                packet.min[k][lane] = bounds.min[k];
-                packet.max[k][lane] = bounds.max[k];
+                packet.min[k][lane / 4][lane % 4] = bounds.min[k];
+                packet.max[k][lane / 4][lane % 4] = bounds.max[k];
             }
         }
         packet
     }
 
+    #[inline]
     pub(crate) fn lane(&self, lane: usize) -> Bounds {
         Bounds {
-            min: std::array::from_fn(|k| self.min[k][lane]),
-            max: std::array::from_fn(|k| self.max[k][lane]),
+            min: std::array::from_fn(|k| self.min[k][lane / 4][lane % 4]),
+            max: std::array::from_fn(|k| self.max[k][lane / 4][lane % 4]),
         }
     }
 
     /// The box of all boxes.
     pub(crate) fn union(&self) -> Bounds {
         Bounds {
-            min: self
-                .min
-                .map(|lanes| lanes.into_iter().fold(f32::INFINITY, f32::min)),
-            max: self
-                .max
-                .map(|lanes| lanes.into_iter().fold(f32::NEG_INFINITY, f32::max)),
+            min: self.min.map(|[low, high]| low.min(high).min_element()),
+            max: self.max.map(|[low, high]| low.max(high).max_element()),
         }
     }
 
@@ -133,20 +131,14 @@ impl Packet {
     /// unbounded, and then an empty lane may count too.
     #[inline]
     pub(crate) fn overlaps(&self, other: &Bounds) -> u32 {
-        // Without branches, for the compiler to vectorise.
-        let mut apart = [0_u32; LANES];
-        for k in 0..3 {
-            for (lane, apart) in apart.iter_mut().enumerate() {
-                let above = self.min[k][lane] > other.max[k];
-                let below = other.min[k] > self.max[k][lane];
-                *apart |= u32::from(above | below);
-            }
-        }
-        let mut mask = 0;
-        for (lane, apart) in apart.iter().enumerate() {
-            mask |= (1 - apart) << lane;
-        }
-        mask
+        let apart = |half: usize| {
+            let apart = |k: usize| {
+                self.min[k][half].cmpgt(Vec4::splat(other.max[k]))
+                    | self.max[k][half].cmplt(Vec4::splat(other.min[k]))
+            };
+            (apart(0) | apart(1) | apart(2)).bitmask()
+        };
+        !(apart(0) | apart(1) << 4) & ALL_LANES
     }
 }
 

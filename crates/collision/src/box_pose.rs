@@ -6,9 +6,9 @@
 //! box is widened by 2^-20 m, and by 2^-126 for underflow. Where something overflows, so does m, infinities cancel to
 //! NaN, and boxes compare NaN as unbounded.
 
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
-use crate::bounds::{Bounds, LANES, Packet};
+use crate::bounds::{Bounds, Packet};
 
 /// Error of the box, relative to m.
 const RELATIVE: f32 = 8.0 * f32::EPSILON;
@@ -59,32 +59,27 @@ impl BoxPose {
 
     /// All boxes of a packet; empty ones become NaN.
     pub(crate) fn apply_packet(&self, packet: &Packet) -> Packet {
-        let mut center = [[0.0; LANES]; 3];
-        let mut extent = [[0.0; LANES]; 3];
-        let mut size = [[0.0; LANES]; 3];
-        for k in 0..3 {
-            for lane in 0..LANES {
-                let (min, max) = (packet.min[k][lane], packet.max[k][lane]);
-                center[k][lane] = 0.5 * min + 0.5 * max;
-                extent[k][lane] = 0.5 * max - 0.5 * min;
-                size[k][lane] = if -min > max { -min } else { max };
-            }
-        }
-        let mut posed = packet.clone();
-        for i in 0..3 {
-            let r = self.rows[i];
-            let [x, y, z] = r.map(f32::abs);
-            for lane in 0..LANES {
-                let along = |v: &[[f32; LANES]; 3], [x, y, z]: [f32; 3]| {
-                    (x * v[0][lane] + y * v[1][lane]) + z * v[2][lane]
-                };
-                let middle = along(&center, r) + self.translation[i];
-                let m = along(&size, [x, y, z]) + self.magnitude[i];
-                let reach = along(&extent, [x, y, z]) + (m * RELATIVE + f32::MIN_POSITIVE);
-                posed.min[i][lane] = middle - reach;
-                posed.max[i][lane] = middle + reach;
+        let mut posed = *packet;
+        for half in 0..2 {
+            let (min, max) = (packet.min.map(|m| m[half]), packet.max.map(|m| m[half]));
+            let per_axis = |f: fn(Vec4, Vec4) -> Vec4| std::array::from_fn(|k| f(min[k], max[k]));
+            let center = per_axis(|min, max| 0.5 * min + 0.5 * max);
+            let extent = per_axis(|min, max| 0.5 * max - 0.5 * min);
+            let size = per_axis(|min, max| (-min).max(max));
+            for i in 0..3 {
+                let row = self.rows[i];
+                let magnitudes = row.map(f32::abs);
+                let m = along(magnitudes, size) + self.magnitude[i];
+                let middle = along(row, center) + self.translation[i];
+                let reach = along(magnitudes, extent) + (m * RELATIVE + f32::MIN_POSITIVE);
+                posed.min[i][half] = middle - reach;
+                posed.max[i][half] = middle + reach;
             }
         }
         posed
     }
+}
+
+fn along(row: [f32; 3], v: [Vec4; 3]) -> Vec4 {
+    (row[0] * v[0] + row[1] * v[1]) + row[2] * v[2]
 }

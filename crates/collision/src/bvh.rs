@@ -119,6 +119,14 @@ impl Bvh {
         &self.triangles[start..self.triangles.len().min(start + LANES)]
     }
 
+    /// The box of a node that has children.
+    pub(crate) fn node_bounds(&self, level: usize, node: usize) -> Bounds {
+        match self.levels.get(level + 1) {
+            Some(above) => above[node / LANES].lane(node % LANES),
+            None => self.levels[level][node].union(),
+        }
+    }
+
     /// The box of everything.
     pub(crate) fn bounds(&self) -> Bounds {
         self.levels[self.top()]

@@ -59,10 +59,10 @@ impl<'a> TreeTest<'a> {
     }
 
     /// The boxes of B as A sees them.
-    fn posed<'p>(&self, packet: &'p Packet) -> Cow<'p, Packet> {
+    fn posed(&self, packet: &Packet) -> Packet {
         match &self.boxes {
-            None => Cow::Borrowed(packet),
-            Some(pose) => Cow::Owned(pose.apply_packet(packet)),
+            None => *packet,
+            Some(pose) => pose.apply_packet(packet),
         }
     }
 }
@@ -156,33 +156,45 @@ impl<S: Sink> Descent<'_, S> {
         a_level: usize,
         mut range: Range<usize>,
     ) -> ControlFlow<()> {
-        let TreeTest { a, b, pose, .. } = self.test;
-        let triangles = b.bvh.leaf(leaf);
-        let mut bounds = [Bounds::EMPTY; LANES];
-        let mut posed = [[DVec3::ZERO; 3]; LANES];
-        for (lane, &triangle) in triangles.iter().enumerate() {
-            posed[lane] = b.mesh.triangle(triangle as usize).map(|v| pose.apply(v));
-            bounds[lane] = Bounds::around(&posed[lane]);
+        let TreeTest {
+            a, b, pose, boxes, ..
+        } = self.test;
+        let packet = self.test.posed(&b.bvh.level(0)[leaf]);
+        // A's tree may be the higher one.
+        if a_level > 0 {
+            let bounds = lanes(b.bvh.children(0, leaf))
+                .fold(Bounds::EMPTY, |all, lane| all.union(&packet.lane(lane)));
+            for level in (1..=a_level).rev() {
+                let start = self.candidates.len();
+                self.narrow(&bounds, level, range);
+                range = start..self.candidates.len();
+            }
         }
-        let all = bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
-        for level in (0..=a_level).rev() {
-            let start = self.candidates.len();
-            self.narrow(&all, level, range);
-            range = start..self.candidates.len();
-        }
-        if range.is_empty() {
-            return ControlFlow::Continue(());
-        }
-        for (lane, &column) in triangles.iter().enumerate() {
-            let plane = Plane::through(posed[lane]);
-            for &node in &self.candidates[range.clone()] {
-                let mask = a.bvh.level(0)[node].overlaps(&bounds[lane]);
-                for a_lane in lanes(mask & a.bvh.children(0, node)) {
-                    let row = a.bvh.leaf(node)[a_lane];
-                    let corners = a.mesh.triangle(row as usize).map(|v| v.as_dvec3());
-                    let pair = [row, column];
+        let columns = b.bvh.leaf(leaf);
+        let mut posed: [Option<PosedTriangle>; LANES] = [const { None }; LANES];
+        for index in range {
+            let node = self.candidates[index];
+            let near = packet.overlaps(&a.bvh.node_bounds(0, node)) & b.bvh.children(0, leaf);
+            let (boxes_a, rows) = (&a.bvh.level(0)[node], a.bvh.leaf(node));
+            let children = a.bvh.children(0, node);
+            for lane in lanes(near) {
+                let mut mask = boxes_a.overlaps(&packet.lane(lane)) & children;
+                if mask == 0 {
+                    continue;
+                }
+                let column = columns[lane];
+                let triangle =
+                    posed[lane].get_or_insert_with(|| PosedTriangle::new(b.mesh, column, pose));
+                if boxes.is_some() {
+                    // The box of a posed box is larger than that of the posed triangle.
+                    mask &= boxes_a.overlaps(&Bounds::around(&triangle.corners));
+                }
+                for lane in lanes(mask) {
+                    let pair = [rows[lane], column];
                     if self.sink.wants(pair) {
-                        let decision = decide(&corners, &posed[lane], &plane);
+                        let corners = a.mesh.triangle(rows[lane] as usize);
+                        let corners = corners.map(|v| v.as_dvec3());
+                        let decision = decide(&corners, &triangle.corners, &triangle.plane);
                         self.sink.decided(&decision);
                         if decision.meet {
                             self.sink.hit(pair)?;
@@ -192,5 +204,21 @@ impl<S: Sink> Descent<'_, S> {
             }
         }
         ControlFlow::Continue(())
+    }
+}
+
+/// A triangle of B, seen from A.
+struct PosedTriangle {
+    corners: [DVec3; 3],
+    plane: Plane,
+}
+
+impl PosedTriangle {
+    fn new(mesh: &TriangleMesh, index: u32, pose: &RelativePose) -> Self {
+        let corners = mesh.triangle(index as usize).map(|v| pose.apply(v));
+        Self {
+            corners,
+            plane: Plane::through(corners),
+        }
     }
 }
