@@ -86,10 +86,13 @@ fn decide_staged(
     }
     // A triangle of zero area has no plane: every point gets the sign zero against it. So unless some sign differs
     // from zero both ways, the triangles share a plane or one of them has zero area.
-    match (Part::of(a, a_sides), Part::of(b, b_sides)) {
+    match (Part::of(a_sides), Part::of(b_sides)) {
         (Some(part_a), Some(part_b)) => {
-            let meet = part_a.starts_before_end(&part_b, exact) != Sign::Negative
-                && part_a.ends_after_start(&part_b, exact) != Sign::Negative;
+            let order = |reversed, exact: &mut u32| {
+                end_after_start((a, part_a), (b, part_b), reversed, exact)
+            };
+            let meet =
+                order(false, exact) != Sign::Negative && order(true, exact) != Sign::Negative;
             (meet, Stage::Line)
         }
         _ => (coplanar_or_degenerate_meet(a, b), Stage::Degenerate),
@@ -114,17 +117,17 @@ fn decide_staged(
 /// 0 < n_A . ((p1 - a0) x (p2 - p1)) = l |n_A|^2 (n_B . (p1 - a0)): A's part runs along d, from p1 to p2, iff its hub is
 /// on the negative side of B's plane; B's, for which d is -(n_B x n_A), iff its hub is on the positive side of A's.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
-    hub: DVec3,
+struct Part {
+    hub: usize,
     hub_is_positive: bool,
-    /// The far ends of the edges, the next corner's first. Both are the one corner in the plane if none is beyond.
-    ends: [DVec3; 2],
+    /// The far ends of the edges, the next corner first. Both are the one corner in the plane if none is beyond.
+    ends: [usize; 2],
 }
 
 impl Part {
     /// From the sides of the corners, not all strictly the same; none if all are zero.
     #[inline]
-    fn of(corners: &[DVec3; 3], Sides { positive, negative }: Sides) -> Option<Self> {
+    fn of(Sides { positive, negative }: Sides) -> Option<Self> {
         let strict = positive | negative;
         let lone = if positive.count_ones() == 1 {
             positive
@@ -136,41 +139,38 @@ impl Part {
             (hub, [(hub + 1) % 3, (hub + 2) % 3])
         } else if strict != 0 {
             // Two on one side and one in the plane.
-            (
-                (strict.trailing_zeros() as usize),
-                [(!strict).trailing_zeros() as usize; 2],
-            )
+            let end = (!strict).trailing_zeros() as usize;
+            (strict.trailing_zeros() as usize, [end; 2])
         } else {
             return None;
         };
         Some(Self {
-            hub: corners[hub],
+            hub,
             hub_is_positive: positive >> hub & 1 == 1,
-            ends: ends.map(|end| corners[end]),
+            ends,
         })
     }
 
-    /// The sign of q2 - p1, for the start p1 of A's part along d and the end q2 of B's.
-    #[inline]
-    fn starts_before_end(&self, b: &Self, exact: &mut u32) -> Sign {
-        let start = self.ends[usize::from(self.hub_is_positive)];
-        let end = b.ends[usize::from(b.hub_is_positive)];
-        let sign = Plane::through([self.hub, start, b.hub]).side(end, exact);
-        sign.times(self.hub_is_positive == b.hub_is_positive)
-    }
-
-    /// The sign of p2 - q1, for the end p2 of A's part along d and the start q1 of B's.
-    #[inline]
-    fn ends_after_start(&self, b: &Self, exact: &mut u32) -> Sign {
-        let end = self.ends[usize::from(!self.hub_is_positive)];
-        let start = b.ends[usize::from(!b.hub_is_positive)];
-        let sign = Plane::through([self.hub, end, b.hub]).side(start, exact);
-        sign.times(self.hub_is_positive != b.hub_is_positive)
-    }
-
-    fn is_point(&self) -> bool {
+    fn is_point(self) -> bool {
         self.ends[0] == self.ends[1]
     }
+}
+
+/// The sign of q2 - p1, for the start p1 of A's part along d and the end q2 of B's; or with d `reversed`, which makes
+/// that p2 - q1.
+#[inline]
+fn end_after_start(
+    (a, part_a): (&[DVec3; 3], Part),
+    (b, part_b): (&[DVec3; 3], Part),
+    reversed: bool,
+    exact: &mut u32,
+) -> Sign {
+    let start = part_a.ends[usize::from(part_a.hub_is_positive != reversed)];
+    let end = part_b.ends[usize::from(part_b.hub_is_positive != reversed)];
+    let same = part_a.hub_is_positive == part_b.hub_is_positive;
+    Plane::through([a[part_a.hub], a[start], b[part_b.hub]])
+        .side(b[end], exact)
+        .times(same != reversed)
 }
 
 /// Whether a segment meets a triangle, from the sides of its ends and from how its line passes the three edges.

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::error::MeshError;
 use crate::format::{obj, stl};
@@ -151,16 +151,21 @@ impl TriangleMesh {
         self.triangles[index].map(|i| self.vertices[i as usize])
     }
 
+    /// The corners of a triangle in `f64` \[m].
+    #[inline]
+    pub(crate) fn wide_triangle(&self, index: u32) -> [DVec3; 3] {
+        // Written out, for want of a map over arrays that compiles to as little.
+        let [a, b, c] = self.triangles[index as usize];
+        let corner = |i: u32| self.vertices[i as usize].as_dvec3();
+        [corner(a), corner(b), corner(c)]
+    }
+
     /// The triangles whose corners lie on one line or in one point, exactly.
     #[must_use]
     pub fn zero_area(&self) -> Vec<u32> {
-        (0..)
-            .zip(&self.triangles)
-            .filter(|(_, corners)| {
-                let corners = corners.map(|i| self.vertices[i as usize].as_dvec3());
-                Axis::of_plane(&corners).is_none()
-            })
-            .map(|(index, _)| index)
+        (0_u32..)
+            .take(self.len())
+            .filter(|&index| Axis::of_plane(&self.wide_triangle(index)).is_none())
             .collect()
     }
 }

@@ -90,7 +90,12 @@ impl RelativePose {
     /// Where a vertex of B is in A: `((r0*x + r1*y) + r2*z) + t` per coordinate, in this order \[m].
     #[must_use]
     pub fn apply(&self, vertex: Vec3) -> DVec3 {
-        rotate(&self.rows, vertex.as_dvec3()) + self.translation
+        self.apply_wide(vertex.as_dvec3())
+    }
+
+    #[inline]
+    pub(crate) fn apply_wide(&self, vertex: DVec3) -> DVec3 {
+        rotate(&self.rows, vertex) + self.translation
     }
 }
 
@@ -134,6 +139,7 @@ fn rows([x, y, z, w]: [f64; 4]) -> [DVec3; 3] {
     ]
 }
 
+#[inline]
 fn rotate(rows: &[DVec3; 3], v: DVec3) -> DVec3 {
     let row = |r: DVec3| (r.x * v.x + r.y * v.y) + r.z * v.z;
     DVec3::new(row(rows[0]), row(rows[1]), row(rows[2]))

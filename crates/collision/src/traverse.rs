@@ -192,8 +192,7 @@ impl<S: Sink> Descent<'_, S> {
                 for lane in lanes(mask) {
                     let pair = [rows[lane], column];
                     if self.sink.wants(pair) {
-                        let corners = a.mesh.triangle(rows[lane] as usize);
-                        let corners = corners.map(|v| v.as_dvec3());
+                        let corners = a.mesh.wide_triangle(rows[lane]);
                         let decision = decide(&corners, &triangle.corners, &triangle.plane);
                         self.sink.decided(&decision);
                         if decision.meet {
@@ -214,8 +213,10 @@ struct PosedTriangle {
 }
 
 impl PosedTriangle {
+    #[inline]
     fn new(mesh: &TriangleMesh, index: u32, pose: &RelativePose) -> Self {
-        let corners = mesh.triangle(index as usize).map(|v| pose.apply(v));
+        let [a, b, c] = mesh.wide_triangle(index);
+        let corners = [pose.apply_wide(a), pose.apply_wide(b), pose.apply_wide(c)];
         Self {
             corners,
             plane: Plane::through(corners),
