@@ -173,6 +173,9 @@ pub enum QueryError {
         /// The tolerance given.
         epsilon: f32,
     },
+    /// Classes were asked of a method that has none.
+    #[error("only exact pairs have a class: ask with Method::Exact")]
+    NotExact,
 }
 
 /// One of the two meshes of a query.

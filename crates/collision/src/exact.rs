@@ -8,6 +8,8 @@
 
 use glam::DVec3;
 
+use crate::classify::PairClass;
+pub use crate::classify::classify;
 use crate::degenerate::{Segment, segments_meet};
 use crate::predicates::{Axis, Plane, Sides, Sign, orient2d, orient3d, strictly_one_side};
 
@@ -52,6 +54,8 @@ pub(crate) enum Stage {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Decision {
     pub(crate) meet: bool,
+    /// The class of a pair that meets, if decided on the line; others take more than the decision.
+    pub(crate) class: Option<PairClass>,
     pub(crate) stage: Stage,
     /// Orientation signs that the filter left to expansions.
     pub(crate) exact_signs: u32,
@@ -61,9 +65,10 @@ pub(crate) struct Decision {
 #[inline]
 pub(crate) fn decide(a: &[DVec3; 3], b: &[DVec3; 3], plane_b: &Plane) -> Decision {
     let mut exact_signs = 0;
-    let (meet, stage) = decide_staged(a, b, plane_b, &mut exact_signs);
+    let (meet, class, stage) = decide_staged(a, b, plane_b, &mut exact_signs);
     Decision {
         meet,
+        class,
         stage,
         exact_signs,
     }
@@ -75,14 +80,14 @@ fn decide_staged(
     b: &[DVec3; 3],
     plane_b: &Plane,
     exact: &mut u32,
-) -> (bool, Stage) {
+) -> (bool, Option<PairClass>, Stage) {
     let a_sides = plane_b.sides(a, exact);
     if a_sides.strictly_one() {
-        return (false, Stage::PlaneOfB);
+        return (false, None, Stage::PlaneOfB);
     }
     let b_sides = Plane::through(*a).sides(b, exact);
     if b_sides.strictly_one() {
-        return (false, Stage::PlaneOfA);
+        return (false, None, Stage::PlaneOfA);
     }
     // A triangle of zero area has no plane: every point gets the sign zero against it. So unless some sign differs
     // from zero both ways, the triangles share a plane or one of them has zero area.
@@ -91,11 +96,25 @@ fn decide_staged(
             let order = |reversed, exact: &mut u32| {
                 end_after_start((a, part_a), (b, part_b), reversed, exact)
             };
-            let meet =
-                order(false, exact) != Sign::Negative && order(true, exact) != Sign::Negative;
-            (meet, Stage::Line)
+            let first = order(false, exact);
+            if first == Sign::Negative {
+                return (false, None, Stage::Line);
+            }
+            let second = order(true, exact);
+            if second == Sign::Negative {
+                return (false, None, Stage::Line);
+            }
+            let end_to_end = first == Sign::Zero || second == Sign::Zero;
+            let class = if end_to_end || part_a.is_point() || part_b.is_point() {
+                PairClass::Point
+            } else if a_sides.strictly_both() && b_sides.strictly_both() {
+                PairClass::Crossing
+            } else {
+                PairClass::Touching
+            };
+            (true, Some(class), Stage::Line)
         }
-        _ => (coplanar_or_degenerate_meet(a, b), Stage::Degenerate),
+        _ => (coplanar_or_degenerate_meet(a, b), None, Stage::Degenerate),
     }
 }
 

@@ -7,6 +7,7 @@ use vertebra_spatial::Pose;
 use crate::all_pairs::{ExactTest, MollerTest};
 use crate::bounds::Bounds;
 use crate::bvh::Bvh;
+use crate::classify::{PairClass, classify};
 use crate::collider::Collider;
 use crate::culling::Culling;
 use crate::error::QueryError;
@@ -83,6 +84,17 @@ impl<'a> From<&'a Collider> for Operand<'a> {
     fn from(collider: &'a Collider) -> Self {
         Self::Collider(collider)
     }
+}
+
+/// Two triangles that meet, and in what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClassifiedPair {
+    /// The triangle of A.
+    pub a: u32,
+    /// The triangle of B.
+    pub b: u32,
+    /// What they share.
+    pub class: PairClass,
 }
 
 /// A question about the colliding pairs of two meshes: set it up, then ask.
@@ -208,6 +220,27 @@ impl<'a> Query<'a> {
     /// As for [`any`](Self::any).
     pub fn pairs(&self) -> Result<Vec<[u32; 2]>, QueryError> {
         Ok(Pairs::sorted(self.run(Pairs::default)?))
+    }
+
+    /// All pairs that meet, in lexicographic order, each with what it meets in.
+    ///
+    /// # Errors
+    ///
+    /// [`QueryError::NotExact`] for other methods than [`Method::Exact`].
+    pub fn classified(&self) -> Result<Vec<ClassifiedPair>, QueryError> {
+        if self.method != Method::Exact {
+            return Err(QueryError::NotExact);
+        }
+        let pairs = self.pairs()?;
+        let (a, b) = (self.a.mesh(), self.b.mesh());
+        let class = |index: usize| {
+            let [i, j] = pairs[index];
+            let posed = b.wide_triangle(j).map(|v| self.pose.apply_wide(v));
+            let class = classify(&a.wide_triangle(i), &posed)?;
+            Some(ClassifiedPair { a: i, b: j, class })
+        };
+        let classes = parallel::map(parallel::available(self.threads), pairs.len(), class);
+        Ok(classes.into_iter().flatten().collect())
     }
 
     /// How often each stage of the exact test decides, over the pairs that [`count`](Self::count) looks at.

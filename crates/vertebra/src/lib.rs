@@ -14,7 +14,7 @@ pub use vertebra_assembly::{
     State, Units, generate,
 };
 pub use vertebra_collision::{
-    self as collision, Collider, Culling, MeshError, Method, PlyPart, Query, QueryError,
+    self as collision, Collider, Culling, MeshError, Method, PairClass, PlyPart, Query, QueryError,
     TriangleMesh, write_ply,
 };
 pub use vertebra_dynamics::{
