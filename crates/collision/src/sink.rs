@@ -150,10 +150,10 @@ impl Sink for Pairs {
 pub struct Statistics {
     /// Pairs whose boxes overlap.
     pub pairs: u64,
-    /// Of these, pairs apart because the triangle of A is on one side of the plane of the triangle of B.
-    pub apart_by_plane_of_b: u64,
-    /// Pairs apart because the triangle of B is on one side of the plane of the triangle of A.
-    pub apart_by_plane_of_a: u64,
+    /// Of these, pairs apart because one triangle is on one side of the plane of the other.
+    pub apart_by_first_plane: u64,
+    /// Pairs apart because the other is on one side of the plane of the one.
+    pub apart_by_second_plane: u64,
     /// Pairs decided on the line where the planes meet.
     pub on_line: u64,
     /// Pairs in one plane, or with a triangle of zero area, decided in two dimensions.
@@ -169,8 +169,8 @@ pub struct Statistics {
 impl Statistics {
     pub(crate) fn merge(mut self, other: &Self) -> Self {
         self.pairs += other.pairs;
-        self.apart_by_plane_of_b += other.apart_by_plane_of_b;
-        self.apart_by_plane_of_a += other.apart_by_plane_of_a;
+        self.apart_by_first_plane += other.apart_by_first_plane;
+        self.apart_by_second_plane += other.apart_by_second_plane;
         self.on_line += other.on_line;
         self.degenerate += other.degenerate;
         self.beyond_filter += other.beyond_filter;
@@ -184,8 +184,8 @@ impl Sink for Statistics {
     fn decided(&mut self, decision: &Decision) {
         self.pairs += 1;
         let stage = match decision.stage {
-            Stage::PlaneOfB => &mut self.apart_by_plane_of_b,
-            Stage::PlaneOfA => &mut self.apart_by_plane_of_a,
+            Stage::PlaneOfB => &mut self.apart_by_first_plane,
+            Stage::PlaneOfA => &mut self.apart_by_second_plane,
             Stage::Line => &mut self.on_line,
             Stage::Degenerate => &mut self.degenerate,
         };

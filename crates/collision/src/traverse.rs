@@ -36,10 +36,16 @@ pub(crate) struct TreeTest<'a> {
     boxes: Option<BoxPose>,
     /// The level of B whose nodes are the tasks.
     task_level: usize,
+    /// Whether A and B have changed places.
+    swapped: bool,
 }
 
 impl<'a> TreeTest<'a> {
     pub(crate) fn new(a: Tree<'a>, b: Tree<'a>, pose: &'a RelativePose, threads: usize) -> Self {
+        let in_place = *pose == RelativePose::IDENTITY;
+        // Descending the smaller tree makes for fewer and longer lists; but posed triangles should be those of B.
+        let swapped = in_place && a.mesh.len() < b.mesh.len();
+        let (a, b) = if swapped { (b, a) } else { (a, b) };
         let wanted = if threads > 1 {
             threads * TASKS_A_THREAD
         } else {
@@ -50,11 +56,12 @@ impl<'a> TreeTest<'a> {
             .find(|&level| b.bvh.level(level).len() >= wanted)
             .unwrap_or(0);
         Self {
-            boxes: (*pose != RelativePose::IDENTITY).then(|| pose.boxes()),
+            boxes: (!in_place).then(|| pose.boxes()),
             a,
             b,
             pose,
             task_level,
+            swapped,
         }
     }
 
@@ -157,7 +164,12 @@ impl<S: Sink> Descent<'_, S> {
         mut range: Range<usize>,
     ) -> ControlFlow<()> {
         let TreeTest {
-            a, b, pose, boxes, ..
+            a,
+            b,
+            pose,
+            boxes,
+            swapped,
+            ..
         } = self.test;
         let packet = self.test.posed(&b.bvh.level(0)[leaf]);
         // A's tree may be the higher one.
@@ -170,29 +182,39 @@ impl<S: Sink> Descent<'_, S> {
                 range = start..self.candidates.len();
             }
         }
-        let columns = b.bvh.leaf(leaf);
-        let mut posed: [Option<PosedTriangle>; LANES] = [const { None }; LANES];
-        for index in range {
-            let node = self.candidates[index];
-            let near = packet.overlaps(&a.bvh.node_bounds(0, node)) & b.bvh.children(0, leaf);
-            let (boxes_a, rows) = (&a.bvh.level(0)[node], a.bvh.leaf(node));
-            let children = a.bvh.children(0, node);
-            for lane in lanes(near) {
-                let mut mask = boxes_a.overlaps(&packet.lane(lane)) & children;
+        let near = self.candidates[range.clone()]
+            .iter()
+            .fold(0, |near, &node| {
+                near | packet.overlaps(&a.bvh.node_bounds(0, node))
+            });
+        for lane_b in lanes(near & b.bvh.children(0, leaf)) {
+            let column = b.bvh.leaf(leaf)[lane_b];
+            let mut bounds = packet.lane(lane_b);
+            let mut posed = None;
+            for &node in &self.candidates[range.clone()] {
+                let boxes_a = &a.bvh.level(0)[node];
+                let mut mask = boxes_a.overlaps(&bounds) & a.bvh.children(0, node);
                 if mask == 0 {
                     continue;
                 }
-                let column = columns[lane];
-                let triangle =
-                    posed[lane].get_or_insert_with(|| PosedTriangle::new(b.mesh, column, pose));
-                if boxes.is_some() {
-                    // The box of a posed box is larger than that of the posed triangle.
-                    mask &= boxes_a.overlaps(&Bounds::around(&triangle.corners));
-                }
-                for lane in lanes(mask) {
-                    let pair = [rows[lane], column];
+                let triangle = posed.get_or_insert_with(|| {
+                    let triangle = PosedTriangle::new(b.mesh, column, pose);
+                    if boxes.is_some() {
+                        // The box of a posed box is larger than that of the posed triangle.
+                        bounds = Bounds::around(&triangle.corners);
+                        mask &= boxes_a.overlaps(&bounds);
+                    }
+                    triangle
+                });
+                for lane_a in lanes(mask) {
+                    let row = a.bvh.leaf(node)[lane_a];
+                    let pair = if *swapped {
+                        [column, row]
+                    } else {
+                        [row, column]
+                    };
                     if self.sink.wants(pair) {
-                        let corners = a.mesh.wide_triangle(rows[lane]);
+                        let corners = a.mesh.wide_triangle(row);
                         let decision = decide(&corners, &triangle.corners, &triangle.plane);
                         self.sink.decided(&decision);
                         if decision.meet {

@@ -238,8 +238,9 @@ fn hierarchies_do_not_depend_on_threads() {
 #[test]
 fn statistics_add_up() {
     let (a, b) = (gold_mesh("sphere"), gold_mesh("cylinder"));
-    let sum =
-        |s: &Statistics| s.apart_by_plane_of_b + s.apart_by_plane_of_a + s.on_line + s.degenerate;
+    let sum = |s: &Statistics| {
+        s.apart_by_first_plane + s.apart_by_second_plane + s.on_line + s.degenerate
+    };
     let query = Query::new(&a, &b);
     let one = query.statistics().unwrap();
     assert_eq!(query.clone().threads(2).statistics().unwrap(), one);
