@@ -178,16 +178,19 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 13] = [
+const METHODS: [&str; 16] = [
     "aba",
     "crba",
     "rnea",
     "step",
     "exact",
     "exact-any",
+    "exact-any-resident",
     "exact-count",
     "exact-mask",
     "exact-pairs",
+    "exact-pairs-all",
+    "exact-pairs-resident",
     "moller",
     "moller-pairs",
     "moller0",

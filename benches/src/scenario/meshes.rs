@@ -6,7 +6,7 @@ use crate::row::Row;
 use crate::suite::gold_meshes::wrong_pairs;
 use std::sync::OnceLock;
 use vertebra::collision::RelativePose;
-use vertebra::{Method, Pose, Precision, Query, TriangleMesh};
+use vertebra::{Collider, Culling, Method, Pose, Precision, Query, TriangleMesh};
 
 /// Name of the group of scenarios.
 pub const NAME: &str = "collision";
@@ -69,17 +69,65 @@ enum Question {
     Pairs,
 }
 
-/// Every row: name, test, question.
-const METHODS: [(&str, Method, Question); 6] = [
-    ("exact-any", Method::Exact, Question::Any),
-    ("exact-count", Method::Exact, Question::Count),
-    ("exact-mask", Method::Exact, Question::Mask),
-    ("exact-pairs", Method::Exact, Question::Pairs),
-    ("moller-pairs", Method::MOLLER, Question::Pairs),
+/// How a query is set up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Setup {
+    /// As a user has two meshes: with everything that must be built.
+    OneShot,
+    /// Meshes prepared beforehand.
+    Resident,
+    /// Every triangle against every other.
+    AllPairs,
+}
+
+/// A row: name, test, question, setup.
+type RowKind = (&'static str, Method, Question, Setup);
+
+/// Every row.
+const METHODS: [RowKind; 9] = [
+    ("exact-any", Method::Exact, Question::Any, Setup::OneShot),
+    (
+        "exact-count",
+        Method::Exact,
+        Question::Count,
+        Setup::OneShot,
+    ),
+    ("exact-mask", Method::Exact, Question::Mask, Setup::OneShot),
+    (
+        "exact-pairs",
+        Method::Exact,
+        Question::Pairs,
+        Setup::OneShot,
+    ),
+    (
+        "exact-any-resident",
+        Method::Exact,
+        Question::Any,
+        Setup::Resident,
+    ),
+    (
+        "exact-pairs-resident",
+        Method::Exact,
+        Question::Pairs,
+        Setup::Resident,
+    ),
+    (
+        "exact-pairs-all",
+        Method::Exact,
+        Question::Pairs,
+        Setup::AllPairs,
+    ),
+    (
+        "moller-pairs",
+        Method::MOLLER,
+        Question::Pairs,
+        Setup::AllPairs,
+    ),
     (
         "moller0-pairs",
         Method::Moller { epsilon: 0.0 },
         Question::Pairs,
+        Setup::AllPairs,
     ),
 ];
 
@@ -117,14 +165,15 @@ impl Subject {
     pub fn measurements<'a>(&'a self, selection: &Selection) -> Vec<Measurement<'a>> {
         let mut list = Vec::new();
         for threads in selection.threads() {
-            for (name, method, question) in METHODS {
+            for kind in METHODS {
+                let (name, method, ..) = kind;
                 // The baseline computes in f32; the exact test has no one precision.
                 let in_precision =
                     method == Method::Exact || selection.precisions().contains(&Precision::F32);
                 if in_precision && selection.wants(name) {
                     let label = format!("{}: {name} on {threads} threads", self.scenario);
                     list.push(Measurement::new(label, move |meter| {
-                        self.measure(meter, name, method, question, threads)
+                        self.measure(meter, kind, threads)
                     }));
                 }
             }
@@ -142,13 +191,21 @@ impl Subject {
     fn measure(
         &self,
         meter: &Meter,
-        name: &str,
-        method: Method,
-        question: Question,
+        (name, method, question, setup): RowKind,
         threads: usize,
     ) -> anyhow::Result<Option<Row>> {
         let exact = self.reference()?;
-        let query = self.query()?.method(method).threads(threads);
+        let colliders = (setup == Setup::Resident)
+            .then(|| [&self.a, &self.b].map(|mesh| Collider::new(mesh.clone())));
+        let query = match &colliders {
+            Some([a, b]) => Query::new(a, b).pose_b(self.pose_b)?,
+            None => self.query()?,
+        };
+        let culling = match setup {
+            Setup::AllPairs => Culling::AllPairs,
+            Setup::OneShot | Setup::Resident => Culling::Auto,
+        };
+        let query = query.method(method).culling(culling).threads(threads);
         let (timing, hits, wrong) = match question {
             Question::Any => {
                 let found = query.any()?;

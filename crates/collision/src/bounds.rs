@@ -1,22 +1,40 @@
-//! Conservative bounding boxes in `f32`, laid out for comparison of one with many.
+//! Conservative bounding boxes in `f32`, alone and eight side by side.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3, Vec4};
 
-/// A box that contains its points: bounds are rounded outwards to `f32` \[m].
+/// Boxes in a packet.
+pub(crate) const LANES: usize = 8;
+
+const ALL_LANES: u32 = (1 << LANES) - 1;
+
+/// A box that contains its points \[m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
-    min: [f32; 3],
-    max: [f32; 3],
+    pub(crate) min: [f32; 3],
+    pub(crate) max: [f32; 3],
 }
 
 impl Bounds {
-    /// Contains nothing and overlaps nothing.
-    const EMPTY: Self = Self {
+    /// Contains nothing.
+    pub(crate) const EMPTY: Self = Self {
         min: [f32::INFINITY; 3],
         max: [f32::NEG_INFINITY; 3],
     };
 
-    pub(crate) fn of(points: &[DVec3; 3]) -> Self {
+    /// The box of points, exactly.
+    pub(crate) fn of(points: &[Vec3]) -> Self {
+        let (min, max) = points.iter().fold(
+            (Vec3::INFINITY, Vec3::NEG_INFINITY),
+            |(min, max), &point| (min.min(point), max.max(point)),
+        );
+        Self {
+            min: min.to_array(),
+            max: max.to_array(),
+        }
+    }
+
+    /// The box of points, rounded outwards.
+    pub(crate) fn around(points: &[DVec3; 3]) -> Self {
         let [a, b, c] = *points;
         Self {
             min: a.min(b).min(c).to_array().map(round_down),
@@ -24,15 +42,33 @@ impl Bounds {
         }
     }
 
-    fn union(&self, other: &Self) -> Self {
+    pub(crate) fn union(&self, other: &Self) -> Self {
         Self {
             min: std::array::from_fn(|k| self.min[k].min(other.min[k])),
             max: std::array::from_fn(|k| self.max[k].max(other.max[k])),
         }
     }
 
-    fn overlaps(&self, other: &Self) -> bool {
-        (0..3).all(|k| self.min[k] <= other.max[k] && other.min[k] <= self.max[k])
+    /// What both contain. A bound that is NaN is taken as unbounded.
+    pub(crate) fn intersection(&self, other: &Self) -> Self {
+        Self {
+            min: std::array::from_fn(|k| self.min[k].max(other.min[k])),
+            max: std::array::from_fn(|k| self.max[k].min(other.max[k])),
+        }
+    }
+
+    /// Whether the boxes share a point. A bound that is NaN is taken as unbounded.
+    #[inline]
+    pub(crate) fn overlaps(&self, other: &Self) -> bool {
+        let apart = |k| (self.min[k] > other.max[k]) | (other.min[k] > self.max[k]);
+        !(apart(0) | apart(1) | apart(2))
+    }
+
+    /// Half the area of the surface; 0 if empty \[m²].
+    pub(crate) fn half_area(&self) -> f64 {
+        let [x, y, z] =
+            std::array::from_fn(|k| (f64::from(self.max[k]) - f64::from(self.min[k])).max(0.0));
+        (x * y + y * z) + z * x
     }
 }
 
@@ -50,73 +86,70 @@ fn round_up(x: f64) -> f32 {
     -round_down(-x)
 }
 
-/// Boxes compared at once.
-const LANES: usize = 16;
-
-/// Boxes side by side, so that one comparison instruction serves several.
-#[derive(Clone, Debug)]
-struct Block {
-    min: [[f32; LANES]; 3],
-    max: [[f32; LANES]; 3],
+/// Eight boxes side by side, four to a register; lanes without a box are empty.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Packet {
+    pub(crate) min: [[Vec4; 2]; 3],
+    pub(crate) max: [[Vec4; 2]; 3],
 }
 
-/// A list of boxes to compare others with.
-#[derive(Clone, Debug)]
-pub(crate) struct BoundsList {
-    blocks: Vec<Block>,
-    all: Bounds,
-}
+impl Packet {
+    const EMPTY: Self = Self {
+        min: [[Vec4::INFINITY; 2]; 3],
+        max: [[Vec4::NEG_INFINITY; 2]; 3],
+    };
 
-impl BoundsList {
-    pub(crate) fn new(bounds: &[Bounds]) -> Self {
-        let block = |chunk: &[Bounds]| {
-            let lane = |i: usize| chunk.get(i).unwrap_or(&Bounds::EMPTY);
-            Block {
-                min: std::array::from_fn(|k| std::array::from_fn(|i| lane(i).min[k])),
-                max: std::array::from_fn(|k| std::array::from_fn(|i| lane(i).max[k])),
+    /// At most [`LANES`] boxes.
+    pub(crate) fn new(boxes: impl Iterator<Item = Bounds>) -> Self {
+        let mut packet = Self::EMPTY;
+        for (lane, bounds) in boxes.take(LANES).enumerate() {
+            for k in 0..3 {
+                packet.min[k][lane / 4][lane % 4] = bounds.min[k];
+                packet.max[k][lane / 4][lane % 4] = bounds.max[k];
             }
-        };
-        Self {
-            blocks: bounds.chunks(LANES).map(block).collect(),
-            all: bounds.iter().fold(Bounds::EMPTY, |all, b| all.union(b)),
         }
+        packet
     }
 
-    /// The indices of the boxes that overlap this one, in order.
-    pub(crate) fn overlapping(&self, bounds: Bounds) -> impl Iterator<Item = u32> {
-        let blocks = if self.all.overlaps(&bounds) {
-            self.blocks.as_slice()
-        } else {
-            &[]
-        };
-        (0_u32..)
-            .step_by(LANES)
-            .zip(blocks)
-            .flat_map(move |(first, block)| {
-                let hits = block.overlaps(&bounds);
-                let any = hits.iter().fold(0, |any, hit| any | hit) != 0;
-                (first..)
-                    .zip(if any { hits } else { [0; LANES] })
-                    .take(if any { LANES } else { 0 })
-                    .filter_map(|(index, hit)| (hit != 0).then_some(index))
-            })
-    }
-}
-
-impl Block {
-    /// 1 for each lane whose box overlaps, else 0; without branches, for the compiler to vectorise.
     #[inline]
-    fn overlaps(&self, other: &Bounds) -> [u32; LANES] {
-        let mut hits = [1; LANES];
-        for k in 0..3 {
-            for (lane, hit) in hits.iter_mut().enumerate() {
-                let below = self.min[k][lane] <= other.max[k];
-                let above = other.min[k] <= self.max[k][lane];
-                *hit &= u32::from(below & above);
-            }
+    pub(crate) fn lane(&self, lane: usize) -> Bounds {
+        Bounds {
+            min: std::array::from_fn(|k| self.min[k][lane / 4][lane % 4]),
+            max: std::array::from_fn(|k| self.max[k][lane / 4][lane % 4]),
         }
-        hits
     }
+
+    /// The box of all boxes.
+    pub(crate) fn union(&self) -> Bounds {
+        Bounds {
+            min: self.min.map(|[low, high]| low.min(high).min_element()),
+            max: self.max.map(|[low, high]| low.max(high).max_element()),
+        }
+    }
+
+    /// A bit for each lane whose box shares a point with this one, lane 0 lowest. Bounds that are NaN are taken as
+    /// unbounded, and then an empty lane may count too.
+    #[inline]
+    pub(crate) fn overlaps(&self, other: &Bounds) -> u32 {
+        let apart = |half: usize| {
+            let apart = |k: usize| {
+                self.min[k][half].cmpgt(Vec4::splat(other.max[k]))
+                    | self.max[k][half].cmplt(Vec4::splat(other.min[k]))
+            };
+            (apart(0) | apart(1) | apart(2)).bitmask()
+        };
+        !(apart(0) | apart(1) << 4) & ALL_LANES
+    }
+}
+
+/// The lanes of a mask, in order.
+#[inline]
+pub(crate) fn lanes(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = mask.trailing_zeros();
+        mask &= mask.wrapping_sub(1);
+        (lane < u32::BITS).then_some(lane as usize)
+    })
 }
 
 #[cfg(test)]
@@ -137,29 +170,42 @@ mod tests {
     }
 
     #[test]
-    fn list_agrees_with_one_by_one() {
+    fn packet_agrees_with_one_by_one() {
         let mut random = oorandom::Rand32::new(1);
-        let mut point = || {
-            let mut coordinate = || f64::from(random.rand_range(0..40));
-            DVec3::new(coordinate(), coordinate(), coordinate())
-        };
         let mut triangle = || {
-            let corner = point();
-            [corner, corner + point() * 0.2, corner + point() * 0.2]
+            let mut point = |size: u32| {
+                let mut coordinate = || f64::from(random.rand_range(0..size));
+                DVec3::new(coordinate(), coordinate(), coordinate())
+            };
+            let corner = point(10);
+            [corner, corner + point(5), corner + point(5)]
         };
-        for count in [1, 15, 16, 17, 100] {
-            let bounds: Vec<_> = (0..count).map(|_| Bounds::of(&triangle())).collect();
-            let list = BoundsList::new(&bounds);
+        for count in 0..=LANES {
             for _ in 0..50 {
-                let query = Bounds::of(&triangle());
-                let expected: Vec<u32> = (0..)
-                    .zip(&bounds)
-                    .filter(|(_, b)| b.overlaps(&query))
-                    .map(|(i, _)| i)
-                    .collect();
-                let found: Vec<u32> = list.overlapping(query).collect();
+                let boxes: Vec<_> = (0..count).map(|_| Bounds::around(&triangle())).collect();
+                let packet = Packet::new(boxes.iter().copied());
+                let query = Bounds::around(&triangle());
+                let expected: Vec<_> = (0..count).filter(|&i| boxes[i].overlaps(&query)).collect();
+                let found: Vec<_> = lanes(packet.overlaps(&query)).collect();
                 assert_eq!(found, expected);
+                let all = boxes.iter().fold(Bounds::EMPTY, |all, b| all.union(b));
+                assert_eq!(packet.union(), all);
             }
         }
+    }
+
+    #[test]
+    fn unbounded_overlaps_everything() {
+        let unbounded = Bounds {
+            min: [f32::NAN; 3],
+            max: [f32::NAN; 3],
+        };
+        let far = Bounds {
+            min: [f32::MAX; 3],
+            max: [f32::MAX; 3],
+        };
+        assert!(unbounded.overlaps(&far) && far.overlaps(&unbounded));
+        assert_eq!(Packet::new([far].into_iter()).overlaps(&unbounded) & 1, 1);
+        assert_eq!(Packet::new([unbounded].into_iter()).overlaps(&far), 1);
     }
 }

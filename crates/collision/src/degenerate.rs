@@ -34,7 +34,7 @@ impl Segment {
 }
 
 /// Whether `p` comes strictly before `q` in the lexicographic order of coordinates.
-fn precedes(p: DVec3, q: DVec3) -> bool {
+pub(crate) fn precedes(p: DVec3, q: DVec3) -> bool {
     p.to_array() < q.to_array()
 }
 

@@ -43,6 +43,14 @@ pub enum MeshError {
         /// Index of the vertex.
         vertex: usize,
     },
+    /// Vertices were to be moved, but there are not as many as before.
+    #[error("{found} vertices cannot replace {expected}: to change their number, make a new mesh")]
+    VertexCount {
+        /// How many there are.
+        expected: usize,
+        /// How many were given.
+        found: usize,
+    },
     /// A triangle names a vertex that is not there.
     #[error(
         "triangle {triangle} names vertex {index}, but there are {vertices} vertices (counted from 0)"
@@ -165,6 +173,9 @@ pub enum QueryError {
         /// The tolerance given.
         epsilon: f32,
     },
+    /// Classes were asked of a method that has none.
+    #[error("only exact pairs have a class: ask with Method::Exact")]
+    NotExact,
 }
 
 /// One of the two meshes of a query.

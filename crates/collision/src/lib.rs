@@ -2,7 +2,8 @@
 //!
 //! A [`TriangleMesh`] holds `f32` vertices and triangles in file order. A [`Query`] over two meshes, each with a
 //! pose, answers from cheap to rich: [`any`](Query::any), [`count`](Query::count), [`mask`](Query::mask),
-//! [`pairs`](Query::pairs). The pair list is complete and sorted, and the same for every number of threads.
+//! [`pairs`](Query::pairs), [`classified`](Query::classified). Lists are complete and sorted, and the same for every
+//! number of threads. For many queries, a [`Collider`] keeps a mesh with its bounding volume hierarchy.
 //!
 //! # What exact means
 //!
@@ -44,19 +45,30 @@
 
 mod all_pairs;
 mod bounds;
+mod box_pose;
+mod bvh;
+mod classify;
+mod collider;
+mod culling;
 mod degenerate;
 mod error;
 pub mod exact;
 mod format;
 mod mesh;
 pub mod moller;
+mod parallel;
 mod predicates;
 mod query;
 mod sink;
 mod transform;
+mod traverse;
 
+pub use classify::PairClass;
+pub use collider::Collider;
+pub use culling::Culling;
 pub use error::{MeshError, PolygonProblem, PoseProblem, QueryError, Side};
 pub use format::ply::{PlyPart, write_ply};
 pub use mesh::TriangleMesh;
-pub use query::{Method, Query};
+pub use query::{ClassifiedPair, Method, Operand, Query};
+pub use sink::Statistics;
 pub use transform::RelativePose;

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::error::MeshError;
 use crate::format::{obj, stl};
@@ -31,9 +31,7 @@ impl TriangleMesh {
         if triangles.is_empty() {
             return Err(MeshError::Empty);
         }
-        if let Some(vertex) = vertices.iter().position(|v| !v.is_finite()) {
-            return Err(MeshError::NonFiniteVertex { vertex });
-        }
+        check_finite(&vertices)?;
         for (triangle, corners) in triangles.iter().enumerate() {
             if let Some(&index) = corners.iter().find(|&&i| i as usize >= vertices.len()) {
                 return Err(MeshError::IndexOutOfRange {
@@ -109,6 +107,21 @@ impl TriangleMesh {
         obj::write(self, writer)
     }
 
+    /// Moves the vertices \[m], as many as there are.
+    ///
+    /// # Errors
+    ///
+    /// Another number of vertices, or a coordinate that is not finite; then nothing changes.
+    pub fn set_vertices(&mut self, vertices: Vec<Vec3>) -> Result<(), MeshError> {
+        let (expected, found) = (self.vertices.len(), vertices.len());
+        if expected != found {
+            return Err(MeshError::VertexCount { expected, found });
+        }
+        check_finite(&vertices)?;
+        self.vertices = vertices;
+        Ok(())
+    }
+
     /// The vertices \[m].
     #[must_use]
     pub fn vertices(&self) -> &[Vec3] {
@@ -138,17 +151,29 @@ impl TriangleMesh {
         self.triangles[index].map(|i| self.vertices[i as usize])
     }
 
+    /// The corners of a triangle in `f64` \[m].
+    #[inline]
+    pub(crate) fn wide_triangle(&self, index: u32) -> [DVec3; 3] {
+        // Written out, for want of a map over arrays that compiles to as little.
+        let [a, b, c] = self.triangles[index as usize];
+        let corner = |i: u32| self.vertices[i as usize].as_dvec3();
+        [corner(a), corner(b), corner(c)]
+    }
+
     /// The triangles whose corners lie on one line or in one point, exactly.
     #[must_use]
     pub fn zero_area(&self) -> Vec<u32> {
-        (0..)
-            .zip(&self.triangles)
-            .filter(|(_, corners)| {
-                let corners = corners.map(|i| self.vertices[i as usize].as_dvec3());
-                Axis::of_plane(&corners).is_none()
-            })
-            .map(|(index, _)| index)
+        (0_u32..)
+            .take(self.len())
+            .filter(|&index| Axis::of_plane(&self.wide_triangle(index)).is_none())
             .collect()
+    }
+}
+
+fn check_finite(vertices: &[Vec3]) -> Result<(), MeshError> {
+    match vertices.iter().position(|v| !v.is_finite()) {
+        Some(vertex) => Err(MeshError::NonFiniteVertex { vertex }),
+        None => Ok(()),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Exact orientation signs of `f64` points.
+//! Exact orientation signs of `f64` points: a filter in plain `f64`, and expansions for what it leaves.
 //!
 //! The expansions of Shewchuk (Adaptive precision floating-point arithmetic and fast robust geometric predicates,
 //! Discrete & Computational Geometry 18, 1997), as the `robust` crate has them, are exact as long as no intermediate
@@ -11,7 +11,9 @@
 //! * every coordinate is below 2^331: differences are below 2^332, the determinant below 6 · 2^996, and the splitting
 //!   of a product of two (times 2^27 + 1) below 2^693, all within range.
 //!
-//! `f32` coordinates, multiples of 2^-149 below 2^128, always qualify; [`crate::transform`] sees to posed ones.
+//! `f32` coordinates, multiples of 2^-149 below 2^128, always qualify. Posed ones are zero or at least 2^-401 and
+//! below 2^131 ([`crate::transform`]): if one of the twelve is below 2^-250, all are multiplied by 2^200 first, which
+//! is exact and brings them to [2^-201, 2^331). The products of two of `orient2d` are multiples of 2^-906 even so.
 
 use glam::{DVec2, DVec3};
 use robust::{Coord, Coord3D};
@@ -35,6 +37,11 @@ impl Sign {
         }
     }
 
+    /// The sign, or its opposite if not `positive`.
+    pub(crate) fn times(self, positive: bool) -> Self {
+        if positive { self } else { self.opposite() }
+    }
+
     pub(crate) fn opposite(self) -> Self {
         match self {
             Self::Negative => Self::Positive,
@@ -49,14 +56,153 @@ pub(crate) fn strictly_one_side<const N: usize>(signs: [Sign; N]) -> bool {
     signs == [Sign::Positive; N] || signs == [Sign::Negative; N]
 }
 
-/// On which side of the plane through `a`, `b`, `c` the point `d` lies.
+/// The sides of a triangle's three corners against a plane, as bits, so that no branch depends on them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sides {
+    /// A bit for each corner strictly on the positive side, corner 0 lowest.
+    pub(crate) positive: u32,
+    /// A bit for each corner strictly on the negative side.
+    pub(crate) negative: u32,
+}
+
+impl Sides {
+    const ALL: u32 = 0b111;
+
+    pub(crate) fn strictly_one(self) -> bool {
+        (self.positive == Self::ALL) | (self.negative == Self::ALL)
+    }
+
+    pub(crate) fn strictly_both(self) -> bool {
+        (self.positive != 0) & (self.negative != 0)
+    }
+}
+
+/// Relative error of the filter, in units of the permanent: 16 roundings.
+///
+/// Each of the six products of three differences, n·w written out, goes through at most 8 roundings (3 differences, 2
+/// products, 1 difference of minors, 2 sums), so the determinant is off by at most ((1+u)^8 - 1) times the exact
+/// permanent, u = 2^-53; the computed permanent falls short of the exact one by a factor of at most (1-u)^8, and its
+/// product with this constant is rounded once more. Together that is less than 9 u.
+const RELATIVE: f64 = 8.0 * f64::EPSILON;
+
+/// Absolute error of the filter: what gradual underflow can add, 6 products of two, each off by 2^-1075, times a
+/// third factor below 2^333.
+const ABSOLUTE: f64 = f64::from_bits((1023 - 730) << 52);
+
+/// Coordinates smaller than this are scaled before expansions.
+const SMALLEST_UNSCALED: f64 = f64::from_bits((1023 - 250) << 52);
+
+/// The power of two by which they are multiplied.
+const SCALE: f64 = f64::from_bits((1023 + 200) << 52);
+
+/// The plane through three points, ready to be asked on which side others lie.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane {
+    points: [DVec3; 3],
+    /// (b - a) x (c - a), rounded.
+    normal: DVec3,
+    /// The same with all products and differences taken as sums of magnitudes.
+    permanent: DVec3,
+}
+
+impl Plane {
+    #[inline]
+    pub(crate) fn through([a, b, c]: [DVec3; 3]) -> Self {
+        let (u, v) = (b - a, c - a);
+        let (left, right) = (
+            DVec3::new(u.y * v.z, u.z * v.x, u.x * v.y),
+            DVec3::new(u.z * v.y, u.x * v.z, u.y * v.x),
+        );
+        Self {
+            points: [a, b, c],
+            normal: left - right,
+            permanent: left.abs() + right.abs(),
+        }
+    }
+
+    /// The determinant det(b - a, c - a, p - a), and what it is off by at most; both rounded.
+    #[inline]
+    fn determinant(&self, p: DVec3) -> (f64, f64) {
+        let w = p - self.points[0];
+        let bound = self.permanent.dot(w.abs()) * RELATIVE + ABSOLUTE;
+        (self.normal.dot(w), bound)
+    }
+
+    #[cold]
+    fn exact_side(&self, p: DVec3, exact: &mut u32) -> Sign {
+        *exact += 1;
+        let [a, b, c] = self.points;
+        exact_orient3d([a, b, c, p])
+    }
+
+    /// On which side of the plane the point lies: the sign of det(b - a, c - a, p - a). All points have the sign zero
+    /// if a, b and c are collinear.
+    ///
+    /// Counts in `exact` the signs that the filter leaves to expansions.
+    #[inline]
+    pub(crate) fn side(&self, p: DVec3, exact: &mut u32) -> Sign {
+        let (determinant, bound) = self.determinant(p);
+        if determinant.abs() > bound {
+            Sign::of(determinant)
+        } else {
+            self.exact_side(p, exact)
+        }
+    }
+
+    /// The sides of a triangle's corners.
+    #[inline]
+    pub(crate) fn sides(&self, corners: &[DVec3; 3], exact: &mut u32) -> Sides {
+        let computed = corners.map(|p| self.determinant(p));
+        let mut sides = Sides {
+            positive: 0,
+            negative: 0,
+        };
+        for (corner, (determinant, bound)) in computed.iter().enumerate() {
+            sides.positive |= u32::from(determinant > bound) << corner;
+            sides.negative |= u32::from(*determinant < -bound) << corner;
+        }
+        let mut left = Sides::ALL & !(sides.positive | sides.negative);
+        while left != 0 {
+            let corner = left.trailing_zeros();
+            left &= left - 1;
+            match self.exact_side(corners[corner as usize], exact) {
+                Sign::Positive => sides.positive |= 1 << corner,
+                Sign::Negative => sides.negative |= 1 << corner,
+                Sign::Zero => {}
+            }
+        }
+        sides
+    }
+}
+
+/// On which side of the plane through `a`, `b`, `c` the point `d` lies: the sign of det(b - a, c - a, d - a).
 pub(crate) fn orient3d(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
-    let coord = |p: DVec3| Coord3D {
+    Plane::through([a, b, c]).side(d, &mut 0)
+}
+
+#[cold]
+fn exact_orient3d(points: [DVec3; 4]) -> Sign {
+    let tiny = |c: f64| c != 0.0 && c.abs() < SMALLEST_UNSCALED;
+    let any_tiny = points.iter().any(|p| tiny(p.x) || tiny(p.y) || tiny(p.z));
+    let points = if any_tiny {
+        points.map(|p| p * SCALE)
+    } else {
+        points
+    };
+    // Planes and points of one coordinate, and points in common, need no expansion: a sum of magnitudes that is zero
+    // without underflow has a zero in every product.
+    let [a, b, c, d] = points;
+    let plane = Plane::through([a, b, c]);
+    if plane.permanent.dot((d - a).abs()) == 0.0 {
+        return Sign::Zero;
+    }
+    let [a, b, c, d] = points.map(|p| Coord3D {
         x: p.x,
         y: p.y,
         z: p.z,
-    };
-    Sign::of(robust::orient3d(coord(a), coord(b), coord(c), coord(d)))
+    });
+    // Their sign convention is the opposite one.
+    Sign::of(robust::orient3d(a, b, c, d)).opposite()
 }
 
 /// On which side of the line from `a` to `b` the point `c` lies; positive is to the left.

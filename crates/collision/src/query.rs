@@ -1,13 +1,22 @@
 //! Queries over two meshes, from cheap to rich.
 
+use std::borrow::Cow;
+
 use vertebra_spatial::Pose;
 
-use crate::all_pairs::{ExactTest, MollerTest, run};
+use crate::all_pairs::{ExactTest, MollerTest};
+use crate::bounds::Bounds;
+use crate::bvh::Bvh;
+use crate::classify::{PairClass, classify};
+use crate::collider::Collider;
+use crate::culling::Culling;
 use crate::error::QueryError;
 use crate::mesh::TriangleMesh;
 use crate::moller;
-use crate::sink::{Any, Count, Mask, Pairs, Sink};
+use crate::parallel;
+use crate::sink::{Any, Count, Mask, Pairs, Sink, Statistics, run};
 use crate::transform::RelativePose;
+use crate::traverse::{Tree, TreeTest};
 
 /// How pairs of triangles are tested.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,10 +39,70 @@ impl Method {
     };
 }
 
+/// A mesh as a query takes it: as it is, or prepared.
+#[derive(Clone, Copy, Debug)]
+pub enum Operand<'a> {
+    /// A mesh without hierarchy; each query builds what it needs.
+    Mesh(&'a TriangleMesh),
+    /// A mesh with one.
+    Collider(&'a Collider),
+}
+
+impl<'a> Operand<'a> {
+    fn mesh(self) -> &'a TriangleMesh {
+        match self {
+            Self::Mesh(mesh) => mesh,
+            Self::Collider(collider) => collider.mesh(),
+        }
+    }
+
+    fn bounds(self) -> Bounds {
+        match self {
+            Self::Mesh(mesh) => Bounds::of(mesh.vertices()),
+            Self::Collider(collider) => collider.bvh().bounds(),
+        }
+    }
+
+    /// A tree over at least the triangles that reach into the region.
+    fn tree(self, region: &Bounds, threads: usize) -> Tree<'a> {
+        let mesh = self.mesh();
+        let bvh = match self {
+            Self::Mesh(mesh) => Cow::Owned(Bvh::new(mesh, Some(region), threads)),
+            Self::Collider(collider) => Cow::Borrowed(collider.bvh()),
+        };
+        Tree { mesh, bvh }
+    }
+}
+
+impl<'a> From<&'a TriangleMesh> for Operand<'a> {
+    fn from(mesh: &'a TriangleMesh) -> Self {
+        Self::Mesh(mesh)
+    }
+}
+
+impl<'a> From<&'a Collider> for Operand<'a> {
+    fn from(collider: &'a Collider) -> Self {
+        Self::Collider(collider)
+    }
+}
+
+/// Two triangles that meet, and in what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClassifiedPair {
+    /// The triangle of A.
+    pub a: u32,
+    /// The triangle of B.
+    pub b: u32,
+    /// What they share.
+    pub class: PairClass,
+}
+
 /// A question about the colliding pairs of two meshes: set it up, then ask.
 ///
 /// Unless said otherwise both meshes stand where their files put them, the method is exact, and one thread works.
-/// Answers do not depend on the number of threads.
+/// Answers do not depend on the number of threads, nor on how pairs are culled.
+///
+/// For many questions about the same meshes, prepare them as [`Collider`]s.
 ///
 /// ```no_run
 /// use vertebra_collision::{Query, TriangleMesh};
@@ -47,21 +116,23 @@ impl Method {
 #[derive(Clone, Debug)]
 #[must_use]
 pub struct Query<'a> {
-    a: &'a TriangleMesh,
-    b: &'a TriangleMesh,
+    a: Operand<'a>,
+    b: Operand<'a>,
     pose: RelativePose,
     method: Method,
+    culling: Culling,
     threads: usize,
 }
 
 impl<'a> Query<'a> {
-    /// A query over meshes A and B.
-    pub fn new(a: &'a TriangleMesh, b: &'a TriangleMesh) -> Self {
+    /// A query over A and B, each a [`TriangleMesh`] or a [`Collider`].
+    pub fn new(a: impl Into<Operand<'a>>, b: impl Into<Operand<'a>>) -> Self {
         Self {
-            a,
-            b,
+            a: a.into(),
+            b: b.into(),
             pose: RelativePose::IDENTITY,
             method: Method::default(),
+            culling: Culling::default(),
             threads: 1,
         }
     }
@@ -88,6 +159,12 @@ impl<'a> Query<'a> {
     /// Chooses the test.
     pub fn method(mut self, method: Method) -> Self {
         self.method = method;
+        self
+    }
+
+    /// Chooses how pairs are culled. The baseline looks at all of them, as its source does.
+    pub fn culling(mut self, culling: Culling) -> Self {
+        self.culling = culling;
         self
     }
 
@@ -128,7 +205,7 @@ impl<'a> Query<'a> {
     ///
     /// As for [`any`](Self::any).
     pub fn mask(&self) -> Result<(Vec<bool>, Vec<bool>), QueryError> {
-        let empty = || Mask::new(self.a.len(), self.b.len());
+        let empty = || Mask::new(self.a.mesh().len(), self.b.mesh().len());
         let masks = self.run(empty)?.into_iter();
         let Mask { a, b } = masks
             .reduce(|merged, mask| merged.merge(&mask))
@@ -142,24 +219,79 @@ impl<'a> Query<'a> {
     ///
     /// As for [`any`](Self::any).
     pub fn pairs(&self) -> Result<Vec<[u32; 2]>, QueryError> {
-        let mut pairs: Vec<[u32; 2]> = self
-            .run(Pairs::default)?
-            .into_iter()
-            .flat_map(|found| found.0)
-            .collect();
-        pairs.sort_unstable();
-        Ok(pairs)
+        Ok(Pairs::sorted(self.run(Pairs::default)?))
     }
 
-    fn run<S: Sink>(&self, new_sink: impl Fn() -> S + Sync) -> Result<Vec<S>, QueryError> {
-        let Self { a, b, pose, .. } = self;
+    /// All pairs that meet, in lexicographic order, each with what it meets in.
+    ///
+    /// # Errors
+    ///
+    /// [`QueryError::NotExact`] for other methods than [`Method::Exact`].
+    pub fn classified(&self) -> Result<Vec<ClassifiedPair>, QueryError> {
+        if self.method != Method::Exact {
+            return Err(QueryError::NotExact);
+        }
+        let pairs = self.pairs()?;
+        let (a, b) = (self.a.mesh(), self.b.mesh());
+        let class = |index: usize| {
+            let [i, j] = pairs[index];
+            let posed = b.wide_triangle(j).map(|v| self.pose.apply_wide(v));
+            let class = classify(&a.wide_triangle(i), &posed)?;
+            Some(ClassifiedPair { a: i, b: j, class })
+        };
+        let classes = parallel::map(parallel::available(self.threads), pairs.len(), class);
+        Ok(classes.into_iter().flatten().collect())
+    }
+
+    /// How often each stage of the exact test decides, over the pairs that [`count`](Self::count) looks at.
+    ///
+    /// # Errors
+    ///
+    /// As for [`any`](Self::any); for other methods all counts but the hits are zero.
+    pub fn statistics(&self) -> Result<Statistics, QueryError> {
+        let parts = self.run(Statistics::default)?.into_iter();
+        Ok(parts.fold(Statistics::default(), |sum, part| sum.merge(&part)))
+    }
+
+    fn run<S: Sink>(&self, new_sink: impl Fn() -> S + Send + Sync) -> Result<Vec<S>, QueryError> {
+        let (a, b) = (self.a.mesh(), self.b.mesh());
+        let threads = parallel::available(self.threads);
         match self.method {
-            Method::Exact => Ok(run(&ExactTest::new(a, b, pose), self.threads, new_sink)),
+            Method::Exact if self.uses_bvh() => {
+                let (a, b) = self.trees(threads);
+                let test = TreeTest::new(a, b, &self.pose, threads);
+                Ok(run(&test, threads, new_sink))
+            }
+            Method::Exact => Ok(run(&ExactTest::new(a, b, &self.pose), threads, new_sink)),
             Method::Moller { epsilon } if epsilon.is_finite() && epsilon >= 0.0 => {
-                let test = MollerTest::new(a, b, pose, epsilon);
-                Ok(run(&test, self.threads, new_sink))
+                let test = MollerTest::new(a, b, &self.pose, epsilon);
+                Ok(run(&test, threads, new_sink))
             }
             Method::Moller { epsilon } => Err(QueryError::InvalidEpsilon { epsilon }),
         }
+    }
+
+    fn uses_bvh(&self) -> bool {
+        let unprepared = [self.a, self.b]
+            .iter()
+            .map(|operand| match operand {
+                Operand::Mesh(mesh) => mesh.len(),
+                Operand::Collider(_) => 0,
+            })
+            .sum();
+        let sizes = [self.a, self.b].map(|operand| operand.mesh().len());
+        self.culling.uses_bvh(sizes, unprepared)
+    }
+
+    /// The trees of both meshes; those built here leave out what is beyond the reach of the other mesh.
+    fn trees(&self, threads: usize) -> (Tree<'a>, Tree<'a>) {
+        let reach_of_b = self.pose.boxes().apply(&self.b.bounds());
+        let common = self.a.bounds().intersection(&reach_of_b);
+        let common_in_b = self.pose.inverse_boxes().apply(&common);
+        parallel::join(
+            threads,
+            || self.a.tree(&common, threads / 2),
+            || self.b.tree(&common_in_b, threads - threads / 2),
+        )
     }
 }

@@ -3,16 +3,11 @@
 use glam::{DVec3, Vec3};
 use vertebra_spatial::Pose;
 
+use crate::box_pose::BoxPose;
 use crate::error::{PoseProblem, QueryError, Side};
 
 /// Matrix and translation entries smaller than this are taken as zero \[1 and m].
 const NEGLIGIBLE: f64 = exp2(-200);
-
-/// Posed coordinates smaller than this call for [`SCALE`]: see [`crate::predicates`] \[m].
-const SMALLEST_UNSCALED: f64 = exp2(-250);
-
-/// The power of two by which both meshes are multiplied, exactly, so that products of three cannot underflow.
-const SCALE: f64 = exp2(200);
 
 /// Translations must stay below this in every component \[m].
 const FARTHEST: f64 = exp2(127);
@@ -35,6 +30,12 @@ const fn exp2(exponent: i64) -> f64 {
 ///
 /// and the translation is conj(qA) (tB - tA) by the same formula. Entries below 2^-200 in magnitude are zero by
 /// definition. Equal poses give exactly the identity.
+///
+/// So matrix and translation entries are zero or at least 2^-200, hence multiples of 2^-252; `f32` coordinates are
+/// multiples of 2^-149 below 2^128. A rounded product of the two is at least 2^-349, so a multiple of 2^-401, and so is
+/// every rounded sum of such: a posed coordinate is zero or at least 2^-401. The translation's components are below
+/// 2^130 and the rotation at most doubles the length of a vertex, so a posed coordinate is below 2^131. That is what
+/// the predicates ask for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativePose {
     /// Rows of the rotation matrix.
@@ -76,10 +77,25 @@ impl RelativePose {
         })
     }
 
+    /// Where boxes of B are in A.
+    pub(crate) fn boxes(&self) -> BoxPose {
+        BoxPose::new(&self.rows, self.translation)
+    }
+
+    /// Where boxes of A are in B.
+    pub(crate) fn inverse_boxes(&self) -> BoxPose {
+        BoxPose::inverse(&self.rows, self.translation)
+    }
+
     /// Where a vertex of B is in A: `((r0*x + r1*y) + r2*z) + t` per coordinate, in this order \[m].
     #[must_use]
     pub fn apply(&self, vertex: Vec3) -> DVec3 {
-        rotate(&self.rows, vertex.as_dvec3()) + self.translation
+        self.apply_wide(vertex.as_dvec3())
+    }
+
+    #[inline]
+    pub(crate) fn apply_wide(&self, vertex: DVec3) -> DVec3 {
+        rotate(&self.rows, vertex) + self.translation
     }
 }
 
@@ -123,6 +139,7 @@ fn rows([x, y, z, w]: [f64; 4]) -> [DVec3; 3] {
     ]
 }
 
+#[inline]
 fn rotate(rows: &[DVec3; 3], v: DVec3) -> DVec3 {
     let row = |r: DVec3| (r.x * v.x + r.y * v.y) + r.z * v.z;
     DVec3::new(row(rows[0]), row(rows[1]), row(rows[2]))
@@ -133,20 +150,6 @@ fn without_negligible(v: DVec3) -> DVec3 {
         v.to_array()
             .map(|entry| if entry.abs() < NEGLIGIBLE { 0.0 } else { entry }),
     )
-}
-
-/// The factor by which A's and B's points must be multiplied for exact predicates, 1 or 2^200.
-///
-/// Matrix and translation entries are zero or at least 2^-200, so multiples of 2^-252; `f32` coordinates are
-/// multiples of 2^-149 below 2^128. A rounded product of the two is at least 2^-349, so a multiple of 2^-401, and so
-/// is every rounded sum of such: a posed coordinate is zero or at least 2^-401. The translation's components are
-/// below 2^130 and the rotation at most doubles the length of a vertex, so a posed coordinate is below 2^131. Times
-/// 2^200, coordinates are zero or at least 2^-201 and below 2^331, which is within what the predicates ask for.
-/// Without the factor, those of [2^-250, 2^131) are as well.
-pub(crate) fn predicate_scale(posed: &[DVec3]) -> f64 {
-    let tiny = |c: f64| c != 0.0 && c.abs() < SMALLEST_UNSCALED;
-    let any_tiny = posed.iter().any(|v| tiny(v.x) || tiny(v.y) || tiny(v.z));
-    if any_tiny { SCALE } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -233,11 +236,5 @@ mod tests {
         let moved = relative.apply(Vec3::ZERO);
         assert_eq!(moved, DVec3::new(0.0, 0.0, -1e-60));
         assert_eq!(relative.rows, [DVec3::X, DVec3::Y, DVec3::Z]);
-    }
-
-    #[test]
-    fn scaled_only_when_products_could_underflow() {
-        assert_eq!(predicate_scale(&[DVec3::new(1e-45, 0.0, 3e38)]), 1.0);
-        assert_eq!(predicate_scale(&[DVec3::ONE, DVec3::X * exp2(-251)]), SCALE);
     }
 }

@@ -9,6 +9,8 @@
     reason = "coordinates are rounded to f32 on purpose, and counts are small"
 )]
 
+mod classes;
+mod culling;
 mod exact;
 mod files;
 mod gold;

@@ -89,7 +89,7 @@ pub(crate) fn oracle(a: &Triangle, b: &Triangle) -> bool {
 }
 
 /// Mantissa and exponent of a finite number, the mantissa odd unless zero.
-fn decompose(x: f64) -> (i64, i32) {
+pub(crate) fn decompose(x: f64) -> (i64, i32) {
     if x == 0.0 {
         return (0, 0);
     }
