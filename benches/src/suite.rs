@@ -98,7 +98,7 @@ pub const OTHERS: &[(&str, Check)] = &[
 /// The larger of two errors; NaN, which `f64::max` would drop, is the worst.
 #[must_use]
 pub fn worst_of(a: f64, b: f64) -> f64 {
-    if b <= a { a } else { b }
+    if a.is_nan() || b <= a { a } else { b }
 }
 
 /// Largest difference between two vectors over the largest entry of the second.

@@ -17,7 +17,7 @@ struct Column {
 }
 
 /// The columns of a scenario's table.
-const COLUMNS: [Column; 12] = [
+const COLUMNS: [Column; 13] = [
     Column {
         heading: "method",
         right: false,
@@ -52,6 +52,11 @@ const COLUMNS: [Column; 12] = [
         heading: "q1..q3",
         right: true,
         cell: |row| spread(row.middle_half_s(), row.time_median_s),
+    },
+    Column {
+        heading: "hits",
+        right: true,
+        cell: |row| row.hits.map(count).unwrap_or_default(),
     },
     Column {
         heading: "forward",

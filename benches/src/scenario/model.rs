@@ -108,7 +108,10 @@ impl Subject {
             let qdd = aba(&self.model, state, forces, &mut workspace)?;
             forward = worst_of(forward, forward_error(qdd, &exact)?);
             joint_wrenches(&mut workspace)?;
-            own = worst_of(own, residual(&self.model, state, forces, &workspace)?.max());
+            own = worst_of(
+                own,
+                residual(&self.model, state, forces, &workspace)?.by_body,
+            );
         }
         let mut inputs = self.inputs.iter().cycle();
         let timing = meter.time(|| {
@@ -189,7 +192,7 @@ impl Subject {
         for (state, forces) in &self.inputs {
             aba(model, state, forces, &mut workspace)?;
             joint_wrenches(&mut workspace)?;
-            own = worst_of(own, residual(model, state, forces, &workspace)?.max());
+            own = worst_of(own, residual(model, state, forces, &workspace)?.by_body);
             let mut rates = Vec::new();
             for precision in [precision, Precision::Reference] {
                 let mut simulation = self.simulation(precision, state, forces)?;
