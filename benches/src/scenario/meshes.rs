@@ -60,6 +60,9 @@ pub fn subjects() -> anyhow::Result<Vec<Subject>> {
     ])
 }
 
+/// Pairs of triangles beyond which a quick run does not test them all one by one: seconds a call.
+const QUICK_LIMIT: u64 = 250_000_000;
+
 /// What a query is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Question {
@@ -166,11 +169,12 @@ impl Subject {
         let mut list = Vec::new();
         for threads in selection.threads() {
             for kind in METHODS {
-                let (name, method, ..) = kind;
+                let (name, method, _, setup) = kind;
                 // The baseline computes in f32; the exact test has no one precision.
                 let in_precision =
                     method == Method::Exact || selection.precisions().contains(&Precision::F32);
-                if in_precision && selection.wants(name) {
+                let slow = setup == Setup::AllPairs && self.size() > QUICK_LIMIT;
+                if in_precision && selection.wants(name) && !(selection.quick && slow) {
                     let label = format!("{}: {name} on {threads} threads", self.scenario);
                     list.push(Measurement::new(label, move |meter| {
                         self.measure(meter, kind, threads)
