@@ -18,12 +18,13 @@ const LEGEND: &str = "\
 slowest sample where a run recorded no quartiles.
 - **prec**: floating-point type of the computation; **on**: kind of device; **thr**: threads.
 - **forward**: largest difference from the reference result over the largest reference value.
-- **residual**: largest amount by which the result fails an equation it should satisfy, over the terms of that equation.
+- **residual**: largest amount by which the result fails an equation it should satisfy, over the terms of that equation; \
+the equations of one body share the largest of their sums.
 - **false/missed**: pairs reported that do not intersect in exact arithmetic, and pairs that do and were not \
 reported. The reference is a list made apart from the queries measured: both meshes' triangles, posed in f64, are swept \
 along one axis, and those whose f64 extents overlap go through the exact test of two triangles. So it shares that test \
-with the exact methods, but none of their culling and none of their threads; the test itself is held against lists from \
-rational arithmetic by the test suite.
+with the exact methods, but none of their culling and none of their threads; the test suite holds the test itself against \
+an oracle in rational arithmetic and against lists made with CGAL.
 - **published**, **ratio**: time published by the source for the same size on its own hardware, and how many times faster \
 this run was. The ratio compares two machines more than ten years apart as much as two programs.
 ";

@@ -119,3 +119,19 @@ pub fn relative_error(found: &[f64], reference: &[f64]) -> f64 {
         difference / largest
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A solver that returns NaN must not pass.
+    #[test]
+    fn nan_is_the_worst_error() {
+        assert!(worst_of(f64::NAN, 1.0).is_nan() && worst_of(1.0, f64::NAN).is_nan());
+        assert_eq!((worst_of(1.0, 2.0), worst_of(2.0, 1.0)), (2.0, 2.0));
+        let figure = |value| Figure::new("figure", value, 1.0);
+        assert!(!figure(relative_error(&[f64::NAN, 1.0], &[1.0, 1.0])).passes());
+        assert!(!figure(relative_error(&[1.0], &[1.0, 1.0])).passes());
+        assert!(figure(relative_error(&[0.0], &[0.0])).passes());
+    }
+}

@@ -242,7 +242,7 @@ impl<T: Real> Sweeps<T> {
     ///
     /// Summing the bodies' forces from the tips up instead would keep Newton-Euler exact but let
     /// the joint forces S' f drift from tau by 1e-7 of their terms at 5000 bodies in f64; this form
-    /// stays within 1e-12. What is left of it is taken out along the joint's freedoms, whose columns
+    /// stays within 2e-12. What is left of it is taken out along the joint's freedoms, whose columns
     /// are orthonormal: f += S (tau - S' f). Where the freedoms are all there is (free joints, and
     /// the moment of spherical ones) that is S tau without a rest; a rest would be rounding alone,
     /// and wrong in every digit where tau is zero.
