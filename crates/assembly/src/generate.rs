@@ -50,7 +50,7 @@ impl Default for Rod {
 /// rod is impossible.
 pub fn chain(count: usize, joint: &Joint, rod: &Rod) -> Result<Model, ModelError> {
     grow("chain", count, rod, |index, placement| {
-        (index.checked_sub(1), joint.clone().at(placement))
+        Grown::on(index.checked_sub(1), joint.clone().at(placement))
     })
 }
 
@@ -62,7 +62,73 @@ pub fn random_chain(count: usize, rod: &Rod, seed: u64) -> Result<Model, ModelEr
     let mut random = Random::new(seed);
     grow("random-chain", count, rod, |index, placement| {
         let joint = Joint::revolute(random.direction()).at(placement);
-        (index.checked_sub(1), joint)
+        Grown::on(index.checked_sub(1), joint)
+    })
+}
+
+/// How masses are spread over the bodies of a chain or tree, as multiples of a rod's mass: the
+/// patterns that tell algorithms apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Masses {
+    /// All alike.
+    Equal,
+    /// Bodies that carry no others are this many times as heavy.
+    HeavyTips(f64),
+    /// The first body is this many times as heavy.
+    HeavyBase(f64),
+    /// Every other body is this many times as light.
+    Alternating(f64),
+    /// Random, evenly on a logarithmic scale over so many decades about 1.
+    Decades(f64),
+    /// Every eighth body has this mass.
+    EveryEighth(f64),
+}
+
+impl Masses {
+    fn of(&self, index: usize, is_tip: bool, random: &mut Random) -> f64 {
+        match *self {
+            Self::HeavyTips(ratio) if is_tip => ratio,
+            Self::HeavyBase(ratio) if index == 0 => ratio,
+            Self::Alternating(ratio) if index % 2 == 1 => 1.0 / ratio,
+            Self::Decades(decades) => libm::exp10(0.5 * decades * random.symmetric()),
+            Self::EveryEighth(mass) if index % 8 == 4 => mass,
+            _ => 1.0,
+        }
+    }
+}
+
+/// A tree of rods of uneven masses with revolute joints about random axes. Every body is carried by
+/// one of the `reach` bodies before it: 1 makes a chain.
+///
+/// # Errors
+/// [`ModelError`] if `count` or `reach` is zero, `count` is above what indices can count, or the rod
+/// or a mass is impossible.
+pub fn uneven_tree(
+    count: usize,
+    reach: usize,
+    rod: &Rod,
+    masses: &Masses,
+    seed: u64,
+) -> Result<Model, ModelError> {
+    if reach == 0 {
+        return Err(ModelError::BadParameter {
+            parameter: "reach",
+            requirement: "at least 1",
+        });
+    }
+    validate::check_count(count)?;
+    let mut random = Random::new(seed);
+    let parents: Vec<_> = (0..count)
+        .map(|index| (index > 0).then(|| index - 1 - random.below(reach.min(index))))
+        .collect();
+    let mut is_tip = vec![true; count];
+    for &parent in parents.iter().flatten() {
+        is_tip[parent] = false;
+    }
+    grow("uneven-tree", count, rod, |index, placement| Grown {
+        parent: parents[index],
+        joint: Joint::revolute(random.direction()).at(placement),
+        mass: masses.of(index, is_tip[index], &mut random),
     })
 }
 
@@ -79,7 +145,7 @@ pub fn helix(count: usize, rod: &Rod, bend: f64, twist: f64) -> Result<Model, Mo
     grow("helix", count, rod, |index, placement| {
         let rotation = if index == 0 { DQuat::IDENTITY } else { turn };
         let joint = Joint::revolute(DVec3::X).at(Pose::new(rotation, placement.translation));
-        (index.checked_sub(1), joint)
+        Grown::on(index.checked_sub(1), joint)
     })
 }
 
@@ -99,7 +165,7 @@ pub fn tree(count: usize, branching: usize, rod: &Rod) -> Result<Model, ModelErr
     grow("tree", count, rod, |index, placement| {
         let axis = if index % 2 == 0 { DVec3::X } else { DVec3::Y };
         let Some(above) = index.checked_sub(1) else {
-            return (None, Joint::revolute(axis));
+            return Grown::on(None, Joint::revolute(axis));
         };
         #[expect(
             clippy::cast_precision_loss,
@@ -115,7 +181,7 @@ pub fn tree(count: usize, branching: usize, rod: &Rod) -> Result<Model, ModelErr
         let rotation =
             DQuat::from_xyzw(sin * libm::cos(azimuth), sin * libm::sin(azimuth), 0.0, cos);
         let joint = Joint::revolute(axis).at(Pose::new(rotation, placement.translation));
-        (Some(above / branching), joint)
+        Grown::on(Some(above / branching), joint)
     })
 }
 
@@ -213,11 +279,29 @@ fn name(index: usize) -> String {
     format!("body-{index}")
 }
 
+/// One more rod.
+struct Grown {
+    parent: Option<usize>,
+    joint: Joint,
+    /// Times the mass of the rod.
+    mass: f64,
+}
+
+impl Grown {
+    const fn on(parent: Option<usize>, joint: Joint) -> Self {
+        Self {
+            parent,
+            joint,
+            mass: 1.0,
+        }
+    }
+}
+
 fn grow(
     model: &str,
     count: usize,
     rod: &Rod,
-    mut joint: impl FnMut(usize, Pose) -> (Option<usize>, Joint),
+    mut grown: impl FnMut(usize, Pose) -> Grown,
 ) -> Result<Model, ModelError> {
     for (parameter, value) in [
         ("length", rod.length),
@@ -239,10 +323,22 @@ fn grow(
         } else {
             rod.tip()
         };
-        let (parent, joint) = joint(index, placement);
+        let Grown {
+            parent,
+            joint,
+            mass,
+        } = grown(index, placement);
+        let mass = Rod {
+            mass: rod.mass * mass,
+            ..*rod
+        };
         let parent = parent.map(name);
-        description =
-            description.body(name(index), parent.as_deref(), joint, rod.mass_properties());
+        description = description.body(
+            name(index),
+            parent.as_deref(),
+            joint,
+            mass.mass_properties(),
+        );
     }
     description.build()
 }

@@ -55,6 +55,26 @@ pub enum Error {
         /// The body whose joint it is.
         body: String,
     },
+    /// The two halves of a body that the assembly tree cuts cannot be put together.
+    #[error(
+        "the halves of body `{body}` cannot be joined in {precision}: choose a more precise tree, or ABA"
+    )]
+    Unjoined {
+        /// The cut body.
+        body: String,
+        /// Precision of the tree.
+        precision: crate::Precision,
+    },
+    /// An assembly tree asked to be more precise than its chunks.
+    #[error(
+        "a tree in {tree} over chunks in {chunks} gains nothing: choose at most {chunks} for the tree"
+    )]
+    TreePrecision {
+        /// Precision of the chunks.
+        chunks: crate::Precision,
+        /// Precision asked for the tree.
+        tree: crate::Precision,
+    },
     /// The result left the range of numbers.
     #[error(
         "{quantity} of body `{body}` overflowed at t = {time} s; the state before is kept: take smaller steps, or compute in f64"

@@ -1,9 +1,10 @@
 //! External forces and velocity-product forces, gathered body by body.
 
+use crate::link::Link;
 use crate::workspace::Sweeps;
 use crate::{Forces, Wrench};
 use vertebra_assembly::Units;
-use vertebra_spatial::{Force, Real, Vec3};
+use vertebra_spatial::{Force, Mat3, Real, Vec3};
 
 impl<T: Real> Sweeps<T> {
     /// Sets `external` to the external force minus the velocity-product force of every body.
@@ -13,24 +14,30 @@ impl<T: Real> Sweeps<T> {
         }
         for (id, wrench) in forces.external() {
             let i = id.index();
-            let wrench = self.wrench_at_joint(i, wrench, units);
+            let wrench = self.links[i].wrench_at_joint(self.rotation[i], wrench, units);
             self.external[i] += wrench;
         }
     }
+}
 
-    /// A wrench in world axes about the joint's origin, in the model's units.
-    pub(crate) fn wrench_at_joint(&self, i: usize, wrench: &Wrench, units: &Units) -> Force<T> {
-        let link = &self.links[i];
-        let rotation = self.rotation[i];
+impl<T: Real> Link<T> {
+    /// A wrench in world axes about the joint's origin, in the model's units, on this body, whose
+    /// joint axes are `rotation`'s columns.
+    pub(crate) fn wrench_at_joint(
+        &self,
+        rotation: Mat3<T>,
+        wrench: &Wrench,
+        units: &Units,
+    ) -> Force<T> {
         let mut linear = Vec3::from_glam(wrench.force / units.force());
         let mut angular = Vec3::from_glam(wrench.torque / units.energy());
         if wrench.body_axes {
-            let axes = rotation * link.body_frame.rotation;
+            let axes = rotation * self.body_frame.rotation;
             (linear, angular) = (axes * linear, axes * angular);
         }
         let arm = match wrench.point {
-            None => link.center,
-            Some(point) => link.body_frame.point(Vec3::from_glam(point / units.length)),
+            None => self.center,
+            Some(point) => self.body_frame.point(Vec3::from_glam(point / units.length)),
         };
         Force::new(angular, linear).shifted_back(rotation * arm)
     }

@@ -164,7 +164,7 @@ impl<T: Real> Sweeps<T> {
 }
 
 /// Rotation matrix of a quaternion in coordinates, which is of unit length only to 1e-6.
-fn orientation<T: Real>(q: &[f64]) -> Mat3<T> {
+pub(crate) fn orientation<T: Real>(q: &[f64]) -> Mat3<T> {
     let q = Quat::<T::Wide>::from_glam(DQuat::from_slice(q));
     q.normalized().to_matrix().map(T::narrow)
 }

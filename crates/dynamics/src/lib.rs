@@ -27,6 +27,7 @@
 
 mod aba;
 mod crba;
+mod dca;
 mod energy;
 mod error;
 mod external;
@@ -43,6 +44,7 @@ mod workspace;
 
 pub use aba::{aba, joint_wrenches};
 pub use crba::{crba, crba_forward_dynamics};
+pub use dca::{DcaOptions, DcaWorkspace, dca};
 pub use energy::{Mechanics, mechanics};
 pub use error::Error;
 pub use forces::{Forces, Wrench};

@@ -91,6 +91,21 @@ impl<T: Real> Link<T> {
             .collect()
     }
 
+    /// The same before they are rounded.
+    pub(crate) fn of_model_wide(model: &Model) -> Vec<Self> {
+        let bodies = model.bodies().iter();
+        bodies.map(|body| Self::new(body, model)).collect()
+    }
+
+    /// Takes the inertia about the centre of mass.
+    pub(crate) fn refer_to_center(&mut self, body: &Body, units: &Units) {
+        self.inertia = RigidInertia {
+            mass: self.inertia.mass,
+            moment: Vec3::ZERO,
+            rotational: central(body, units).rotated(&self.body_frame.rotation),
+        };
+    }
+
     fn new(body: &Body, model: &Model) -> Self {
         let units = model.units();
         let body_frame = transform(&body.joint.child_placement, units).inverse();
@@ -99,9 +114,7 @@ impl<T: Real> Link<T> {
             Some(parent) => transform(&parent.joint.child_placement, units).inverse() * on_parent,
             None => on_parent,
         };
-        let moment_unit = units.mass * units.length * units.length;
         let center = body_frame.point(Vec3::from_glam(body.mass.center / units.length));
-        let central = Sym3::from_glam(body.mass.inertia * moment_unit.recip());
         Self {
             parent: body.parent.map(BodyId::index),
             kind: kind(body.joint.kind, &placement.rotation),
@@ -109,7 +122,7 @@ impl<T: Real> Link<T> {
             inertia: RigidInertia::from_center(
                 T::from_f64(body.mass.mass / units.mass),
                 center,
-                central.rotated(&body_frame.rotation),
+                central(body, units).rotated(&body_frame.rotation),
             ),
             center,
             body_frame,
@@ -118,7 +131,7 @@ impl<T: Real> Link<T> {
         }
     }
 
-    fn map<U: Real>(self, f: impl Fn(T) -> U) -> Link<U> {
+    pub(crate) fn map<U: Real>(self, f: impl Fn(T) -> U) -> Link<U> {
         Link {
             parent: self.parent,
             kind: self.kind.map(&f),
@@ -149,6 +162,12 @@ fn kind<T: Real>(joint: JointKind, placement: &Mat3<T>) -> Kind<T> {
         JointKind::Spherical => Kind::Spherical,
         JointKind::Free => Kind::Free,
     }
+}
+
+/// Inertia about the centre of mass, in the body's axes and the model's units.
+fn central<T: Real>(body: &Body, units: &Units) -> Sym3<T> {
+    let moment_unit = units.mass * units.length * units.length;
+    Sym3::from_glam(body.mass.inertia * moment_unit.recip())
 }
 
 /// The model's axes are of unit length to f64's rounding.

@@ -148,7 +148,8 @@ fn newton_euler_rows<T: Real>(
         })
         .collect();
     for (id, wrench) in forces.external() {
-        let wrench = s.wrench_at_joint(id.index(), wrench, model.units());
+        let i = id.index();
+        let wrench = s.links[i].wrench_at_joint(s.rotation[i], wrench, model.units());
         add(&mut rows[id.index()].1, force_array(absolute_force(wrench)));
     }
     rows

@@ -202,6 +202,11 @@ impl Real for DoubleDouble {
         wide
     }
 
+    #[inline]
+    fn cast<U: Real>(self) -> U {
+        U::from_f64(self.hi) + U::from_f64(self.lo)
+    }
+
     /// One Newton step from the f64 root, whose square is subtracted exactly.
     #[inline]
     fn sqrt(self) -> Self {

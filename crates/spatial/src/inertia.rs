@@ -135,6 +135,17 @@ impl<T: Real> ArticulatedInertia<T> {
         )
     }
 
+    /// The same inertia, this many times.
+    #[inline]
+    #[must_use]
+    pub fn scaled(&self, factor: T) -> Self {
+        Self {
+            angular: self.angular.map(|x| x * factor),
+            coupling: self.coupling * factor,
+            linear: self.linear.map(|x| x * factor),
+        }
+    }
+
     /// Takes away what a joint lets go: IA - U U' / D for one column, given U and 1/D.
     #[inline]
     pub fn subtract_outer(&mut self, u: Force<T>, scale: T) {

@@ -53,6 +53,8 @@ pub trait Real:
     fn widen(self) -> Self::Wide;
     /// The nearest number of this type.
     fn narrow(wide: Self::Wide) -> Self;
+    /// The nearest number of another type.
+    fn cast<U: Real>(self) -> U;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -102,6 +104,10 @@ macro_rules! impl_real {
             #[inline]
             fn narrow(wide: f64) -> Self {
                 $round(wide)
+            }
+            #[inline]
+            fn cast<U: Real>(self) -> U {
+                U::from_f64(f64::from(self))
             }
             #[inline]
             fn sqrt(self) -> Self {

@@ -99,6 +99,13 @@ impl<T: Real> Vec3<T> {
     pub fn to_array(self) -> [T; 3] {
         [self.x, self.y, self.z]
     }
+
+    /// From its components in order.
+    #[inline]
+    #[must_use]
+    pub const fn from_array([x, y, z]: [T; 3]) -> Self {
+        vec3(x, y, z)
+    }
 }
 
 impl<T: Real> Add for Vec3<T> {

@@ -1,0 +1,334 @@
+//! A chunk: assembled from its outboard end inwards, solved from its two ends.
+
+use super::interior::{Freedom, Interior, Joint, respond};
+use super::join::{Joined, Node, Seam, join_across};
+use super::place::{Placed, Places};
+use super::plan::{ChunkPlan, Extent, Inboard, Outboard, Plan};
+use super::rake::Rake;
+use super::split::Divide;
+use vertebra_spatial::matrix6::add_scaled;
+use vertebra_spatial::{ArticulatedInertia, Force, Mat6, Motion, Real, SmallCholesky};
+
+/// A body, or half of one, that answers forces at its centre of mass and at another point with
+/// accelerations: with its inertia M = LL' about the centre, that point at r, X the shift of motions
+/// to it, bias force p and centripetal acceleration o of the point,
+///
+/// Phi11 = Z'Z, Phi12 = Z'V, Phi22 = V'V, b1 = o - Z'y, b2 = -V'y,   Z = L^-1 X', V = L^-1, y = L^-1 p.
+///
+/// The inboard end of an inner chunk is the same with B for X', which adds C to Phi22 and d to b2.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inverse<T> {
+    /// V.
+    own: Mat6<T>,
+    /// Z.
+    far: Mat6<T>,
+    /// y.
+    bias: [T; 6],
+}
+
+impl<T: Real> Inverse<T> {
+    pub(super) const NONE: Self = Self {
+        own: Mat6::ZERO,
+        far: Mat6::ZERO,
+        bias: [T::ZERO; 6],
+    };
+
+    /// Factors M; `far` takes forces at the other point to forces at the centre. None if M is not
+    /// positive definite to working precision.
+    fn new(inertia: &ArticulatedInertia<T>, far: &Mat6<T>, bias: Force<T>) -> Option<Self> {
+        let m = Mat6::from_inertia(inertia);
+        let factor = SmallCholesky::factor(6, &m.0, &[T::ZERO; 6]).ok()?;
+        let mut inverse = Self {
+            own: Mat6::IDENTITY,
+            far: *far,
+            bias: bias.to_array(),
+        };
+        factor.solve_lower_rows(&mut inverse.own);
+        factor.solve_lower_rows(&mut inverse.far);
+        factor.solve_lower(&mut inverse.bias);
+        Some(inverse)
+    }
+
+    /// The acceleration of the centre under a force there and one at the other point.
+    fn respond(&self, own: &[T; 6], far: &[T; 6]) -> Motion<T> {
+        let mut rest = self.own.mul(own);
+        add_scaled(&mut rest, &self.far.mul(far), T::ONE);
+        add_scaled(&mut rest, &self.bias, -T::ONE);
+        Motion::from_array(self.own.transpose_mul(&rest))
+    }
+}
+
+/// What a leaf keeps for the way down.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaf<T> {
+    body: Inverse<T>,
+    seam: Seam<T>,
+    joined: Joined<T>,
+    /// The force that its joint transmits to it.
+    force: [T; 6],
+}
+
+impl<T: Real> Leaf<T> {
+    pub(super) const NONE: Self = Self {
+        body: Inverse::NONE,
+        seam: Seam::RIGID,
+        joined: Joined::NONE,
+        force: [T::ZERO; 6],
+    };
+}
+
+/// A chunk's own share of what is computed.
+pub(super) struct Own<'a, T, L> {
+    /// Accelerations of the bodies' handle points.
+    pub(super) accelerations: &'a mut [Motion<T>],
+    pub(super) freedoms: &'a mut [Freedom<T>],
+    /// Inboard halves of cut bodies.
+    pub(super) inner: &'a mut [Inverse<T>],
+    pub(super) leaves: &'a mut [Leaf<T>],
+    /// What is joined to other chunks.
+    pub(super) nodes: &'a mut [Node<L>],
+    /// What is raked onto a body.
+    pub(super) rakes: &'a mut [Rake<T>],
+}
+
+impl<T: Real, L: Real> Divide for Own<'_, T, L> {
+    fn divide(self, at: &Extent) -> (Self, Self) {
+        let (accelerations, more_accelerations) = self.accelerations.split_at_mut(at.slot);
+        let (freedoms, more_freedoms) = self.freedoms.split_at_mut(at.dof);
+        let (inner, more_inner) = self.inner.split_at_mut(at.inner);
+        let (leaves, more_leaves) = self.leaves.split_at_mut(at.leaf);
+        let (nodes, more_nodes) = self.nodes.split_at_mut(at.node);
+        let (rakes, more_rakes) = self.rakes.split_at_mut(at.rake);
+        let own = Self {
+            accelerations,
+            freedoms,
+            inner,
+            leaves,
+            nodes,
+            rakes,
+        };
+        let rest = Self {
+            accelerations: more_accelerations,
+            freedoms: more_freedoms,
+            inner: more_inner,
+            leaves: more_leaves,
+            nodes: more_nodes,
+            rakes: more_rakes,
+        };
+        (own, rest)
+    }
+}
+
+/// What chunks read.
+pub(super) struct Given<'a, T> {
+    pub(super) plan: &'a Plan<T>,
+    pub(super) places: &'a Places<T>,
+    /// Joint forces in the model's order and the factors to its units.
+    pub(super) tau: &'a [f64],
+    pub(super) force_scales: &'a [f64],
+}
+
+impl<'a, T: Real> Given<'a, T> {
+    fn joint(&self, slot: usize) -> Joint<'a, T> {
+        let (plan, places) = (self.plan, self.places);
+        let link = &plan.links[slot];
+        let columns = &places.columns[plan.dofs_of(slot)];
+        let mut tau = [T::ZERO; 6];
+        for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
+            *tau = T::from_f64(self.tau[link.v + k] / self.force_scales[link.v + k]);
+        }
+        Joint {
+            kind: &link.kind,
+            columns,
+            tau,
+            c: places.bodies[slot].bias_acceleration,
+        }
+    }
+
+    /// A body's share of its inertia and bias force about its handle point, rakes included.
+    fn body(&self, slot: usize, share: f64, rakes: impl Iterator<Item = Rake<T>>) -> Rake<T> {
+        let share = T::from_f64(share);
+        let placed = &self.places.bodies[slot];
+        let mut sum = Rake {
+            inertia: placed.inertia.map(|x| x * share).into(),
+            bias: placed.external * -share,
+        };
+        for rake in rakes {
+            sum.add(&rake, share);
+        }
+        sum
+    }
+}
+
+/// Assembles a chunk; `rakes` gives what is raked onto a slot's body, about its handle point.
+///
+/// Fails with the slot whose joint moves no inertia, or whose body cannot be inverted.
+pub(super) fn assemble<T: Real, L: Real, R: Iterator<Item = Rake<T>>>(
+    given: &Given<'_, T>,
+    chunk: usize,
+    own: Own<'_, T, L>,
+    rakes: impl Fn(usize) -> R,
+) -> Result<(), usize> {
+    let plan = given.plan;
+    let ChunkPlan {
+        inboard,
+        outboard,
+        last_share,
+        ..
+    } = plan.chunks[chunk];
+    let slots = plan.slots_of(chunk);
+    let (first, last) = (slots.start, slots.end - 1);
+    let first_dof = plan.dofs[first] as usize;
+    let places = &given.places.bodies;
+    let inner = matches!(inboard, Inboard::Cut(_));
+
+    let mut part = Interior::start(outboard != Outboard::Free);
+    let mut end = slots.end;
+    if outboard == Outboard::Leaf {
+        end = last;
+        if inner || last > first {
+            part.shift(places[last].offset);
+        }
+    }
+    for slot in (first..end).rev() {
+        let placed = &places[slot];
+        let share = if slot == last { last_share } else { 1.0 };
+        let body = given.body(slot, share, rakes(slot));
+        part.add(&body.inertia, body.bias);
+        if plan.at_center[slot] {
+            part.move_handle(placed.arm, placed.centripetal(placed.arm));
+        }
+        let dofs = plan.dofs_of(slot);
+        let freedoms = &mut own.freedoms[dofs.start - first_dof..dofs.end - first_dof];
+        part.let_go(&given.joint(slot), freedoms).ok_or(slot)?;
+        if inner || slot > first {
+            part.shift(placed.offset);
+        }
+    }
+
+    let mut node = Node {
+        phi11: Mat6::from_inertia(&part.inertia),
+        phi12: part.tip,
+        phi22: part.compliance,
+        b1: part.bias.to_array(),
+        b2: part.drift,
+    };
+    if let Inboard::Cut(cut) = inboard {
+        let body = given.body(cut, 0.5, rakes(cut));
+        part.add(&body.inertia, body.bias);
+        let inverse = Inverse::new(&part.inertia, &part.tip, part.bias).ok_or(cut)?;
+        node.invert(&inverse);
+        if let Some(kept) = own.inner.first_mut() {
+            *kept = inverse;
+        }
+    }
+    if let Some(leaf) = own.leaves.first_mut() {
+        let placed = &places[last];
+        let body = given.body(last, last_share, rakes(last));
+        let to_joint = Mat6::IDENTITY.shifted_back(-placed.arm);
+        leaf.body = Inverse::new(&body.inertia, &to_joint, body.bias).ok_or(last)?;
+        let joint = given.joint(last);
+        leaf.seam = Seam::new(joint.columns, joint.tau.into_iter());
+        let beyond = Node::leaf(&leaf.body, placed.centripetal(-placed.arm));
+        (node, leaf.joined) =
+            join_across(!inner, &node, &beyond, &leaf.seam, joint.c).ok_or(last)?;
+    }
+    if let Some(kept) = own.rakes.first_mut() {
+        *kept = Rake::of_node(&node);
+    }
+    if let Some(kept) = own.nodes.first_mut() {
+        *kept = node.cast();
+    }
+    Ok(())
+}
+
+impl<T: Real> Node<T> {
+    /// A body that is a leaf.
+    fn leaf(body: &Inverse<T>, centripetal: Motion<T>) -> Self {
+        let mut node = Self::ZERO;
+        let Inverse { own, far, bias } = body;
+        node.phi11.add_transpose_product(6, far, far, T::ONE);
+        node.phi12.add_transpose_product(6, far, own, T::ONE);
+        node.phi22.add_transpose_product(6, own, own, T::ONE);
+        node.b1 = centripetal.to_array();
+        add_scaled(&mut node.b1, &far.transpose_mul(bias), -T::ONE);
+        add_scaled(&mut node.b2, &own.transpose_mul(bias), -T::ONE);
+        node
+    }
+
+    /// From the head's form to that of two handles, the inboard body inverted.
+    fn invert(&mut self, body: &Inverse<T>) {
+        let Inverse { own, far, bias } = body;
+        self.phi11 = Mat6::ZERO;
+        self.phi12 = Mat6::ZERO;
+        self.b1 = [T::ZERO; 6];
+        self.phi11.add_transpose_product(6, own, own, T::ONE);
+        self.phi12.add_transpose_product(6, own, far, T::ONE);
+        self.phi22.add_transpose_product(6, far, far, T::ONE);
+        add_scaled(&mut self.b1, &own.transpose_mul(bias), -T::ONE);
+        add_scaled(&mut self.b2, &far.transpose_mul(bias), -T::ONE);
+    }
+}
+
+/// What a chunk is given at its ends.
+pub(super) struct Ends<T> {
+    /// The force f1 on it or, at a path's head, the acceleration a1 that it hangs from.
+    pub(super) x: [T; 6],
+    /// The force f2 on it.
+    pub(super) f2: [T; 6],
+}
+
+/// Solves a chunk for the accelerations of its bodies and joints.
+///
+/// Fails with the first slot whose acceleration is not finite.
+pub(super) fn solve<T: Real, L: Real>(
+    given: &Given<'_, T>,
+    chunk: usize,
+    own: Own<'_, T, L>,
+    ends: &Ends<T>,
+) -> Result<(), usize> {
+    let plan = given.plan;
+    let slots = plan.slots_of(chunk);
+    let (first, last) = (slots.start, slots.end - 1);
+    let first_dof = plan.dofs[first] as usize;
+    let mut tip = ends.f2;
+    if let Some(leaf) = own.leaves.first_mut() {
+        leaf.force = leaf.joined.force_across(&leaf.seam, &ends.x, &ends.f2);
+        tip = leaf.force.map(|f| -f);
+    }
+    let mut a = match own.inner.first() {
+        Some(inverse) => inverse.respond(&ends.x, &tip),
+        None => Motion::from_array(ends.x),
+    };
+    for slot in slots {
+        let placed: &Placed<T> = &given.places.bodies[slot];
+        if slot > first || plan.chunks[chunk].is_inner() {
+            a = a.shifted(placed.offset);
+        }
+        a = a + placed.bias_acceleration;
+        let dofs = plan.dofs_of(slot);
+        let columns = &given.places.columns[dofs.clone()];
+        let freedoms = &mut own.freedoms[dofs.start - first_dof..dofs.end - first_dof];
+        match own.leaves.first() {
+            Some(leaf) if slot == last => {
+                // Of the accelerations on both sides of its joint the difference is S qdd.
+                let center = leaf.body.respond(&ends.f2, &leaf.force);
+                let across = center.shifted(-placed.arm) + placed.centripetal(-placed.arm);
+                for (freedom, column) in freedoms.iter_mut().zip(columns) {
+                    let along = Force::new(column.angular, column.linear);
+                    freedom.acceleration = (across - a).dot(along);
+                }
+                a = center;
+            }
+            _ => {
+                respond(columns, freedoms, &tip, &mut a);
+                if plan.at_center[slot] {
+                    a = a.shifted(placed.arm) + placed.centripetal(placed.arm);
+                }
+            }
+        }
+        own.accelerations[slot - first] = a;
+    }
+    let finite = own.accelerations.iter().position(|a| !a.is_finite());
+    finite.map_or(Ok(()), |offset| Err(first + offset))
+}

@@ -1,0 +1,282 @@
+//! Two parts of a path, put together where they meet.
+//!
+//! A part answers forces f1, f2 at its two handles with accelerations of these,
+//!
+//! a1 = Phi11 f1 + Phi12 f2 + b1,   a2 = Phi21 f1 + Phi22 f2 + b2
+//!
+//! (Featherstone 1999, part 1, eq. 4), unless it is its path's **head**: it then hangs from a body
+//! that is not part of it, whose acceleration a1 it takes, and
+//!
+//! f1 = Ia a1 + pa - B f2,          a2 = B'a1 + C f2 + d.
+//!
+//! A [`Node`] holds both in the same places: Ia for Phi11, B for Phi12, C for Phi22, pa for b1, d
+//! for b2; and x stands for what its inboard end is given, f1 or a1.
+//!
+//! A and B meet at a handle of both. There B is acted on by f, A by -f. If they are rigidly joined,
+//! a2 of A is a1 of B; if by a joint with motion subspace S, they differ by S qdd + c, and S'f is
+//! the joint force. With the columns of T an orthonormal basis of the forces that do no work on the
+//! joint (T'S = 0; the identity for rigid joins), f_Q = S tau the force that drives it,
+//! G = Phi22 of A + Phi11 of B, and T'GT = LL',
+//!
+//! f = f_Q + T L'^-1 (Y_A x - Y_B f2 + y),
+//! Y_A = L^-1 T' Phi21 of A,  Y_B = L^-1 T' Phi12 of B,  y = L^-1 T'(b2 of A + c - b1 of B - G f_Q),
+//!
+//! and the whole has Phi11 -+ Y_A'Y_A (minus; plus for a head), Phi12 = Y_A'Y_B,
+//! Phi22 of B - Y_B'Y_B, b1 of A -+ (Y_A'y + Phi12 of A f_Q), b2 of B + Y_B'y + Phi21 of B f_Q.
+
+use vertebra_spatial::matrix6::add_scaled;
+use vertebra_spatial::{Mat6, Motion, Real, SmallCholesky, Vec3};
+
+/// A part as seen from its handles.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node<T> {
+    pub(super) phi11: Mat6<T>,
+    pub(super) phi12: Mat6<T>,
+    pub(super) phi22: Mat6<T>,
+    pub(super) b1: [T; 6],
+    pub(super) b2: [T; 6],
+}
+
+impl<T: Real> Node<T> {
+    pub(super) const ZERO: Self = Self {
+        phi11: Mat6::ZERO,
+        phi12: Mat6::ZERO,
+        phi22: Mat6::ZERO,
+        b1: [T::ZERO; 6],
+        b2: [T::ZERO; 6],
+    };
+
+    /// In another precision.
+    pub(super) fn cast<U: Real>(&self) -> Node<U> {
+        Node {
+            phi11: self.phi11.map(T::cast),
+            phi12: self.phi12.map(T::cast),
+            phi22: self.phi22.map(T::cast),
+            b1: self.b1.map(T::cast),
+            b2: self.b2.map(T::cast),
+        }
+    }
+}
+
+/// The joint between two parts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seam<T> {
+    /// T': a basis of the constraint forces by rows, as many as there are.
+    basis: Mat6<T>,
+    order: usize,
+    /// f_Q, the force along the freedoms.
+    drive: [T; 6],
+}
+
+impl<T: Real> Seam<T> {
+    pub(super) const RIGID: Self = Self {
+        basis: Mat6::IDENTITY,
+        order: 6,
+        drive: [T::ZERO; 6],
+    };
+
+    /// A joint with these columns of its motion subspace, each of unit length and angular or linear,
+    /// that exerts the forces `tau` along them.
+    pub(super) fn new(columns: &[Motion<T>], tau: impl Iterator<Item = T>) -> Self {
+        let mut drive = [T::ZERO; 6];
+        for (column, tau) in columns.iter().zip(tau) {
+            add_scaled(&mut drive, &column.to_array(), tau);
+        }
+        let angular = |m: &&Motion<T>| m.angular != Vec3::ZERO;
+        let turns = columns.iter().filter(angular).count();
+        let slides = columns.len() - turns;
+        let axis = columns.first().map_or(Vec3::ZERO, |column| {
+            if turns > 0 {
+                column.angular
+            } else {
+                column.linear
+            }
+        });
+        let mut seam = Self {
+            basis: Mat6::ZERO,
+            order: 0,
+            drive,
+        };
+        seam.complete(0, turns, axis);
+        seam.complete(3, slides, axis);
+        seam
+    }
+
+    /// Adds the rows for one kind of force: all three without freedoms, two across one, none for
+    /// three.
+    fn complete(&mut self, at: usize, freedoms: usize, axis: Vec3<T>) {
+        let rows = match freedoms {
+            0 => {
+                let [x, y, z] = [0, 1, 2].map(|k| {
+                    let mut unit = [T::ZERO; 3];
+                    unit[k] = T::ONE;
+                    unit
+                });
+                [Some(x), Some(y), Some(z)]
+            }
+            1 => {
+                let (u, v) = across(axis);
+                [Some(u.to_array()), Some(v.to_array()), None]
+            }
+            _ => [None; 3],
+        };
+        for row in rows.into_iter().flatten() {
+            self.basis.0[self.order][at..at + 3].copy_from_slice(&row);
+            self.order += 1;
+        }
+    }
+
+    /// T'M by rows.
+    fn project(&self, m: &Mat6<T>) -> Mat6<T> {
+        let mut rows = Mat6::ZERO;
+        for (row, t) in rows.0.iter_mut().zip(&self.basis.0).take(self.order) {
+            *row = m.transpose_mul(t);
+        }
+        rows
+    }
+}
+
+/// Two unit vectors that make an orthonormal basis with a unit vector: Duff et al., Building an
+/// orthonormal basis, revisited, JCGT 6(1), 2017.
+fn across<T: Real>(n: Vec3<T>) -> (Vec3<T>, Vec3<T>) {
+    let sign = if n.z < T::ZERO { -T::ONE } else { T::ONE };
+    let a = -T::ONE / (sign + n.z);
+    let b = n.x * n.y * a;
+    (
+        Vec3::from_array([T::ONE + sign * n.x * n.x * a, sign * b, -sign * n.x]),
+        Vec3::from_array([b, sign + n.y * n.y * a, -n.y]),
+    )
+}
+
+/// What a join keeps for the way down.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joined<T> {
+    factor: SmallCholesky<T>,
+    inboard: Mat6<T>,
+    outboard: Mat6<T>,
+    bias: [T; 6],
+}
+
+impl<T: Real> Joined<T> {
+    pub(super) const NONE: Self = Self {
+        factor: SmallCholesky::EMPTY,
+        inboard: Mat6::ZERO,
+        outboard: Mat6::ZERO,
+        bias: [T::ZERO; 6],
+    };
+
+    /// The force f on the outboard part, given x and f2 at the ends of the whole.
+    pub(super) fn force(&self, x: &[T; 6], f2: &[T; 6]) -> [T; 6] {
+        let mut f = self.bias;
+        let (own, beyond) = (self.inboard.mul(x), self.outboard.mul(f2));
+        for ((f, own), beyond) in f.iter_mut().zip(own).zip(beyond) {
+            *f = *f + own - beyond;
+        }
+        self.factor.solve_upper(&mut f);
+        f
+    }
+
+    /// The same across a joint.
+    pub(super) fn force_across(&self, seam: &Seam<T>, x: &[T; 6], f2: &[T; 6]) -> [T; 6] {
+        let mut f = seam.drive;
+        let constraint = self.force(x, f2);
+        for (row, &factor) in seam.basis.0.iter().zip(&constraint).take(seam.order) {
+            add_scaled(&mut f, row, factor);
+        }
+        f
+    }
+}
+
+/// The two put together rigidly, and what is kept for the way down; `head` says whether the inboard
+/// part is a path's head. None if G is not positive definite to working precision.
+pub(super) fn join<T: Real>(head: bool, a: &Node<T>, b: &Node<T>) -> Option<(Node<T>, Joined<T>)> {
+    let g = sum(&a.phi22, &b.phi11);
+    let rows = a.phi12.transpose();
+    let mut y = a.b2;
+    add_scaled(&mut y, &b.b1, -T::ONE);
+    finish(head, a, b, 6, &g, rows, b.phi12, y)
+}
+
+/// The two put together at a joint with velocity-product acceleration `c`.
+pub(super) fn join_across<T: Real>(
+    head: bool,
+    a: &Node<T>,
+    b: &Node<T>,
+    seam: &Seam<T>,
+    c: Motion<T>,
+) -> Option<(Node<T>, Joined<T>)> {
+    let g = sum(&a.phi22, &b.phi11);
+    let mut y = a.b2;
+    add_scaled(&mut y, &c.to_array(), T::ONE);
+    add_scaled(&mut y, &b.b1, -T::ONE);
+    add_scaled(&mut y, &g.mul(&seam.drive), -T::ONE);
+    let mut projected = Mat6::ZERO;
+    let half = seam.project(&g);
+    for (row, half) in projected.0.iter_mut().zip(&half.0).take(seam.order) {
+        *row = seam.basis.mul(half);
+    }
+    let (mut node, joined) = finish(
+        head,
+        a,
+        b,
+        seam.order,
+        &projected,
+        seam.project(&a.phi12.transpose()),
+        seam.project(&b.phi12),
+        seam.basis.mul(&y),
+    )?;
+    let sign = if head { T::ONE } else { -T::ONE };
+    add_scaled(&mut node.b1, &a.phi12.mul(&seam.drive), sign);
+    add_scaled(&mut node.b2, &b.phi12.transpose_mul(&seam.drive), T::ONE);
+    Some((node, joined))
+}
+
+#[expect(clippy::too_many_arguments, reason = "the terms of one formula")]
+fn finish<T: Real>(
+    head: bool,
+    a: &Node<T>,
+    b: &Node<T>,
+    order: usize,
+    g: &Mat6<T>,
+    mut inboard: Mat6<T>,
+    mut outboard: Mat6<T>,
+    mut bias: [T; 6],
+) -> Option<(Node<T>, Joined<T>)> {
+    let factor = SmallCholesky::factor(order, &g.0, &[T::ZERO; 6]).ok()?;
+    factor.solve_lower_rows(&mut inboard);
+    factor.solve_lower_rows(&mut outboard);
+    factor.solve_lower(&mut bias);
+    let sign = if head { T::ONE } else { -T::ONE };
+    let mut node = Node {
+        phi11: a.phi11,
+        phi12: Mat6::ZERO,
+        phi22: b.phi22,
+        b1: a.b1,
+        b2: b.b2,
+    };
+    node.phi11
+        .add_transpose_product(order, &inboard, &inboard, sign);
+    node.phi12
+        .add_transpose_product(order, &inboard, &outboard, T::ONE);
+    node.phi22
+        .add_transpose_product(order, &outboard, &outboard, -T::ONE);
+    for k in 0..order {
+        add_scaled(&mut node.b1, &inboard.0[k], sign * bias[k]);
+        add_scaled(&mut node.b2, &outboard.0[k], bias[k]);
+    }
+    let joined = Joined {
+        factor,
+        inboard,
+        outboard,
+        bias,
+    };
+    Some((node, joined))
+}
+
+fn sum<T: Real>(a: &Mat6<T>, b: &Mat6<T>) -> Mat6<T> {
+    let mut sum = *a;
+    for (row, b) in sum.0.iter_mut().zip(&b.0) {
+        add_scaled(row, b, T::ONE);
+    }
+    sum
+}

@@ -1,0 +1,234 @@
+//! Divide and conquer: forward dynamics in O(log n) rounds, each of which works on all its parts at
+//! once.
+//!
+//! Featherstone 1999 joins bodies two by two at their joints. Here bodies are cut instead of
+//! joints: a [`Schedule`] lays the tree out in paths, cuts heavy bodies of each in halves, and
+//! gathers what lies between two cuts in a chunk, by the articulated-body recursion ([`interior`]),
+//! which no light body upsets. The chunks of a path are joined half to half, rigidly ([`join`]); a
+//! finished side branch is raked onto the body that carries it ([`rake`]). So the joins are the same
+//! whatever the joints, both their sides are heavy, and they may be done in less precision.
+//!
+//! All vectors are in world axes about the bodies' handle points, accelerations conventional.
+
+mod chunk;
+mod interior;
+mod join;
+mod place;
+mod plan;
+mod rake;
+mod split;
+mod tree;
+
+use crate::link::Scales;
+use crate::{Error, Forces, Precision, finite_results};
+use tree::{Failure, Tree};
+use vertebra_assembly::schedule::{Schedule, ScheduleOptions};
+use vertebra_assembly::{Model, State};
+use vertebra_spatial::{DoubleDouble, Real};
+
+/// How an assembly tree is worked through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DcaOptions {
+    /// Precision of kinematics and chunks, which decides how well light bodies fare.
+    pub chunks: Precision,
+    /// Precision of the joins, at most that of the chunks.
+    pub tree: Precision,
+    /// How bodies are gathered into chunks.
+    pub schedule: ScheduleOptions,
+    /// Whether the threads of the current rayon pool are used, for 2048 bodies and more. The result
+    /// is the same, bit for bit.
+    pub parallel: bool,
+}
+
+impl Default for DcaOptions {
+    /// Everything in f64, chunks of 8, all threads.
+    fn default() -> Self {
+        Self {
+            chunks: Precision::F64,
+            tree: Precision::F64,
+            schedule: ScheduleOptions::default(),
+            parallel: true,
+        }
+    }
+}
+
+/// Memory in which [`dca`] works and leaves its results, made for one model. No more is taken later.
+#[derive(Clone, Debug)]
+pub struct DcaWorkspace {
+    model: Model,
+    options: DcaOptions,
+    scales: Scales,
+    trees: Trees,
+    qdd: Vec<f64>,
+    computed: bool,
+    time: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Trees {
+    F32(Tree<f32, f32>),
+    Mixed(Tree<f64, f32>),
+    F64(Tree<f64, f64>),
+    Reference(Tree<DoubleDouble, DoubleDouble>),
+    ReferenceF32(Tree<DoubleDouble, f32>),
+    ReferenceF64(Tree<DoubleDouble, f64>),
+}
+
+/// Runs a generic expression on a tree of whichever precisions.
+macro_rules! in_tree {
+    ($trees:expr, $tree:ident => $body:expr) => {
+        match $trees {
+            Trees::F32($tree) => $body,
+            Trees::Mixed($tree) => $body,
+            Trees::F64($tree) => $body,
+            Trees::Reference($tree) => $body,
+            Trees::ReferenceF32($tree) => $body,
+            Trees::ReferenceF64($tree) => $body,
+        }
+    };
+}
+
+impl DcaWorkspace {
+    /// Builds the assembly tree of a model and takes the memory.
+    ///
+    /// # Errors
+    /// [`Error::Model`] for a window of zero or above the longest chunk; [`Error::TreePrecision`].
+    pub fn new(model: &Model, options: &DcaOptions) -> Result<Self, Error> {
+        let weights = plan::weights(model, options.chunks.epsilon());
+        let bodies = model.bodies();
+        let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
+        let schedule = Schedule::of_tree(&parents, &weights, &options.schedule)?;
+        let trees = match (options.chunks, options.tree) {
+            (Precision::F32, Precision::F32) => Trees::F32(Tree::new(model, schedule, &weights)),
+            (Precision::F64, Precision::F32) => Trees::Mixed(Tree::new(model, schedule, &weights)),
+            (Precision::F64, Precision::F64) => Trees::F64(Tree::new(model, schedule, &weights)),
+            (Precision::Reference, Precision::F32) => {
+                Trees::ReferenceF32(Tree::new(model, schedule, &weights))
+            }
+            (Precision::Reference, Precision::F64) => {
+                Trees::ReferenceF64(Tree::new(model, schedule, &weights))
+            }
+            (Precision::Reference, Precision::Reference) => {
+                Trees::Reference(Tree::new(model, schedule, &weights))
+            }
+            (chunks, tree) => return Err(Error::TreePrecision { chunks, tree }),
+        };
+        Ok(Self {
+            scales: Scales::of_model(model),
+            trees,
+            qdd: vec![0.0; model.dof_count()],
+            computed: false,
+            time: 0.0,
+            options: *options,
+            model: model.clone(),
+        })
+    }
+
+    /// The options it was made with.
+    #[must_use]
+    pub const fn options(&self) -> &DcaOptions {
+        &self.options
+    }
+
+    /// The assembly tree and its rounds.
+    #[must_use]
+    pub fn schedule(&self) -> &Schedule {
+        in_tree!(&self.trees, tree => &tree.plan.schedule)
+    }
+
+    /// The joint accelerations of the last [`dca`] [rad/s^2 or m/s^2], shape [`Model::dof_count`].
+    ///
+    /// # Errors
+    /// [`Error::NotComputed`].
+    pub fn joint_accelerations(&self) -> Result<&[f64], Error> {
+        if self.computed {
+            return Ok(&self.qdd);
+        }
+        Err(Error::NotComputed {
+            what: "accelerations",
+            remedy: "dca",
+        })
+    }
+}
+
+/// Forward dynamics by divide and conquer: the joint accelerations [rad/s^2 or m/s^2], shape
+/// [`Model::dof_count`].
+///
+/// # Errors
+/// [`Error`] if an input does not fit the model or the workspace, if a joint moves no inertia in this
+/// position, if the halves of a body cannot be joined in the precision of the tree, or if the
+/// result overflows.
+///
+/// ```
+/// use vertebra_assembly::{State, generate};
+/// use vertebra_dynamics::{DcaOptions, DcaWorkspace, Forces, dca};
+///
+/// let model = generate::random_chain(1024, &generate::Rod::default(), 7)?;
+/// let mut workspace = DcaWorkspace::new(&model, &DcaOptions::default())?;
+/// assert_eq!(workspace.schedule().round_count(), 8);
+/// let (state, forces) = (State::random(&model, 8), Forces::none(&model));
+/// let qdd = dca(&model, &state, &forces, &mut workspace)?;
+/// assert_eq!(qdd.len(), 1024);
+/// # Ok::<(), vertebra_dynamics::Error>(())
+/// ```
+pub fn dca<'w>(
+    model: &Model,
+    state: &State,
+    forces: &Forces,
+    workspace: &'w mut DcaWorkspace,
+) -> Result<&'w [f64], Error> {
+    forces.check(model)?;
+    if !workspace.model.is_same(model) {
+        return Err(Error::WrongWorkspace {
+            workspace: workspace.model.name().to_owned(),
+            model: model.name().to_owned(),
+        });
+    }
+    state.check(model)?;
+    workspace.computed = false;
+    workspace.time = state.time;
+    let DcaWorkspace {
+        trees,
+        scales,
+        qdd,
+        options,
+        ..
+    } = workspace;
+    let solved = in_tree!(trees, tree => {
+        let solved = tree.solve(model, state, forces, scales, options.parallel);
+        if solved.is_ok() {
+            tree.read_accelerations(qdd, &scales.acceleration);
+        }
+        solved
+    });
+    solved.map_err(|failure| {
+        let name = |body: usize| model.bodies()[body].name.clone();
+        match failure {
+            Failure::Singular(body) => Error::SingularJoint { body: name(body) },
+            Failure::Unjoined(body) => Error::Unjoined {
+                body: name(body),
+                precision: options.tree,
+            },
+            Failure::Overflow(body) => Error::Overflow {
+                quantity: "acceleration",
+                body: name(body),
+                time: state.time,
+            },
+        }
+    })?;
+    finite_results(model, "joint acceleration", &workspace.qdd, state.time)?;
+    workspace.computed = true;
+    Ok(&workspace.qdd)
+}
+
+impl<T: Real, L: Real> Tree<T, L> {
+    /// Joint accelerations in SI and in the model's order.
+    fn read_accelerations(&self, qdd: &mut [f64], scales: &[f64]) {
+        for (slot, link) in self.plan.links.iter().enumerate() {
+            let dofs = self.plan.dofs_of(slot);
+            for (k, freedom) in self.freedoms[dofs].iter().enumerate() {
+                qdd[link.v + k] = freedom.acceleration.to_f64() * scales[link.v + k];
+            }
+        }
+    }
+}

@@ -1,0 +1,419 @@
+//! Where the bodies are and how they turn, over the rounds of the assembly tree.
+//!
+//! Up: every chunk multiplies its joints' rotations, every join those of its parts, so that each
+//! part knows how its outboard end is turned and turning as seen from its inboard end. Down: each
+//! part is handed the rotation and angular velocity of the body that its inboard end hangs from,
+//! and a chunk takes them on to its bodies, with all that the dynamics need of them. With
+//! (R, w) those of a part, w in the axes at its inboard end, two parts in a row compose to
+//! (R1 R2, w1 + R1 w2).
+
+use super::plan::{ChunkPlan, Extent, Inboard, JoinPlan, Parent, Part, Plan};
+use super::split::{Divide, divide, for_each};
+use crate::Forces;
+use crate::kinematics::orientation;
+use crate::link::{Kind, Link};
+use vertebra_assembly::Units;
+use vertebra_spatial::{Force, Mat3, Motion, Real, RigidInertia, Transform, Vec3, subspace, vec3};
+
+/// How one end of a part is turned and turns, seen from another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn<T> {
+    rotation: Mat3<T>,
+    spin: Vec3<T>,
+}
+
+impl<T: Real> Turn<T> {
+    const NONE: Self = Self {
+        rotation: Mat3::IDENTITY,
+        spin: Vec3::ZERO,
+    };
+
+    /// This one, then the next.
+    fn then(&self, next: &Self) -> Self {
+        Self {
+            rotation: self.rotation * next.rotation,
+            spin: self.spin + self.rotation * next.spin,
+        }
+    }
+}
+
+/// A body in the world, all about its handle point in world axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed<T> {
+    /// Joint axes to world axes; on the way up to the axes of the body before.
+    pub(super) rotation: Mat3<T>,
+    /// Angular velocity.
+    pub(super) spin: Vec3<T>,
+    /// From the handle point that the joint hangs from to the joint's origin; on the way up in the
+    /// axes of the body before.
+    pub(super) offset: Vec3<T>,
+    /// From the joint's origin to the handle point.
+    pub(super) arm: Vec3<T>,
+    /// Velocity-product terms c of the acceleration across the joint.
+    pub(super) bias_acceleration: Motion<T>,
+    /// Rigid inertia.
+    pub(super) inertia: RigidInertia<T>,
+    /// External force minus velocity-product force.
+    pub(super) external: Force<T>,
+}
+
+impl<T: Real> Placed<T> {
+    /// The velocity-product acceleration of the body's point at `r` from one that has none.
+    pub(super) fn centripetal(&self, r: Vec3<T>) -> Motion<T> {
+        Motion::new(Vec3::ZERO, self.spin.cross(self.spin.cross(r)))
+    }
+}
+
+/// The kinematics of all bodies.
+#[derive(Clone, Debug)]
+pub(super) struct Places<T> {
+    pub(super) bodies: Vec<Placed<T>>,
+    /// Motion subspaces, one column a freedom in the order of the slots.
+    pub(super) columns: Vec<Motion<T>>,
+    /// Across each chunk and each join.
+    across_chunks: Vec<Turn<T>>,
+    across_joins: Vec<Turn<T>>,
+    /// What each join's inboard end hangs from.
+    under_joins: Vec<Turn<T>>,
+}
+
+/// The state as it is given, and the factors to the model's units.
+#[derive(Clone, Copy)]
+pub(super) struct Given<'a> {
+    pub(super) q: &'a [f64],
+    pub(super) qd: &'a [f64],
+    pub(super) rate_scales: &'a [f64],
+    pub(super) length: f64,
+}
+
+impl Given<'_> {
+    fn rate<T: Real>(&self, v: usize) -> T {
+        T::from_f64(self.qd[v] * self.rate_scales[v])
+    }
+
+    fn rates<T: Real>(&self, v: usize) -> Vec3<T> {
+        vec3(self.rate(v), self.rate(v + 1), self.rate(v + 2))
+    }
+}
+
+impl<T: Real> Places<T> {
+    pub(super) fn new(plan: &Plan<T>) -> Self {
+        let placed = Placed {
+            rotation: Mat3::IDENTITY,
+            spin: Vec3::ZERO,
+            offset: Vec3::ZERO,
+            arm: Vec3::ZERO,
+            bias_acceleration: Motion::ZERO,
+            inertia: RigidInertia::ZERO,
+            external: Force::ZERO,
+        };
+        let freedoms = plan.dofs[plan.len()] as usize;
+        Self {
+            bodies: vec![placed; plan.len()],
+            columns: vec![Motion::ZERO; freedoms],
+            across_chunks: vec![Turn::NONE; plan.chunks.len()],
+            across_joins: vec![Turn::NONE; plan.joins.len()],
+            under_joins: vec![Turn::NONE; plan.joins.len()],
+        }
+    }
+
+    /// Computes everything for a state.
+    pub(super) fn set(&mut self, plan: &Plan<T>, given: &Given<'_>, parallel: bool) {
+        let own = Locals {
+            bodies: &mut self.bodies,
+            turns: &mut self.across_chunks,
+        };
+        let chunks = 0..plan.chunks.len();
+        divide(parallel, &plan.extents, chunks, own, &|chunk, own| {
+            own.turn(plan, chunk, given);
+        });
+        for round in 0..plan.schedule.round_count() {
+            self.compose(plan, round, parallel);
+        }
+        for round in (0..plan.schedule.round_count()).rev() {
+            self.hand_out(plan, round, parallel);
+            self.place(plan, round, given, parallel);
+        }
+    }
+
+    /// Up: the joins of a round.
+    fn compose(&mut self, plan: &Plan<T>, round: usize, parallel: bool) {
+        let range = plan.schedule.joins_in(round);
+        let (before, own) = self.across_joins.split_at_mut(range.start);
+        let chunks = &self.across_chunks;
+        let across = |part: Part| match part {
+            Part::Chunk(chunk) => &chunks[chunk],
+            Part::Join(join) => &before[join],
+        };
+        for_each(parallel, range, own, &|join, turn| {
+            let plan = &plan.joins[join];
+            *turn = across(plan.inboard).then(across(plan.outboard));
+        });
+    }
+
+    /// Down: what the joins of a round hang from.
+    fn hand_out(&mut self, plan: &Plan<T>, round: usize, parallel: bool) {
+        let range = plan.schedule.joins_in(round);
+        let (own, later) = self.under_joins.split_at_mut(range.end);
+        let (bodies, across) = (&self.bodies, (&self.across_chunks, &self.across_joins));
+        let first_later = range.end;
+        for_each(
+            parallel,
+            range.clone(),
+            &mut own[range.start..],
+            &|join, turn| {
+                let JoinPlan { parent, head, .. } = plan.joins[join];
+                *turn = match (parent, head) {
+                    (Some(parent), _) => {
+                        let start = &later[parent.join - first_later];
+                        under(plan, parent, start, across)
+                    }
+                    (None, Some(head)) => carried(bodies, 0, head.carrier),
+                    (None, None) => Turn::NONE,
+                };
+            },
+        );
+    }
+
+    /// Down: the bodies of a round's chunks.
+    fn place(&mut self, plan: &Plan<T>, round: usize, given: &Given<'_>, parallel: bool) {
+        let range = plan.schedule.chunks_in(round);
+        let (start, end) = (plan.extents[range.start], plan.extents[range.end]);
+        let (bodies, later) = self.bodies[start.slot..].split_at_mut(end.slot - start.slot);
+        let across = (&self.across_chunks, &self.across_joins);
+        let joins = &self.under_joins;
+        let own = Globals {
+            bodies,
+            columns: &mut self.columns[start.dof..end.dof],
+        };
+        divide(parallel, &plan.extents, range, own, &|chunk, own| {
+            let ChunkPlan {
+                parent, inboard, ..
+            } = plan.chunks[chunk];
+            let start = match (parent, inboard) {
+                (Some(parent), _) => under(plan, parent, &joins[parent.join], across),
+                (None, Inboard::Carrier(slot)) => carried(later, end.slot, Some(slot)),
+                (None, _) => Turn::NONE,
+            };
+            own.place(plan, chunk, start, given);
+        });
+    }
+
+    /// Adds to the external forces those that are given.
+    pub(super) fn push(&mut self, plan: &Plan<T>, forces: &Forces, units: &Units) {
+        for (id, wrench) in forces.external() {
+            let slot = plan.slots[id.index()] as usize;
+            let body = &mut self.bodies[slot];
+            let wrench = plan.links[slot].wrench_at_joint(body.rotation, wrench, units);
+            body.external += wrench.shifted_back(-body.arm);
+        }
+    }
+}
+
+/// What a part hangs from whose parent hangs from `start`: the same, or what is across the part
+/// inboard of it.
+fn under<T: Real>(
+    plan: &Plan<T>,
+    parent: Parent,
+    start: &Turn<T>,
+    (chunks, joins): (&Vec<Turn<T>>, &Vec<Turn<T>>),
+) -> Turn<T> {
+    if !parent.outboard {
+        return *start;
+    }
+    start.then(match plan.joins[parent.join].inboard {
+        Part::Chunk(chunk) => &chunks[chunk],
+        Part::Join(join) => &joins[join],
+    })
+}
+
+/// How a path's carrier is turned, given the bodies from a slot on.
+fn carried<T: Real>(bodies: &[Placed<T>], first: usize, carrier: Option<usize>) -> Turn<T> {
+    carrier.map_or(Turn::NONE, |slot| Turn {
+        rotation: bodies[slot - first].rotation,
+        spin: bodies[slot - first].spin,
+    })
+}
+
+/// A chunk's share on the way up.
+struct Locals<'a, T> {
+    bodies: &'a mut [Placed<T>],
+    turns: &'a mut [Turn<T>],
+}
+
+impl<T: Real> Divide for Locals<'_, T> {
+    fn divide(self, at: &Extent) -> (Self, Self) {
+        let (bodies, more_bodies) = self.bodies.split_at_mut(at.slot);
+        let (turns, more_turns) = self.turns.split_at_mut(at.chunk);
+        let own = Self { bodies, turns };
+        let rest = Self {
+            bodies: more_bodies,
+            turns: more_turns,
+        };
+        (own, rest)
+    }
+}
+
+impl<T: Real> Locals<'_, T> {
+    /// The rotations of a chunk's joints, and across all of them.
+    fn turn(self, plan: &Plan<T>, chunk: usize, given: &Given<'_>) {
+        let slots = plan.slots_of(chunk);
+        let mut across = Turn::NONE;
+        for (body, link) in self.bodies.iter_mut().zip(&plan.links[slots]) {
+            let local = link.local(given);
+            (body.rotation, body.offset) = (local.rotation, local.translation);
+            let next = Turn {
+                rotation: local.rotation,
+                spin: local.rotation * link.turning(given),
+            };
+            across = across.then(&next);
+        }
+        if let Some(turn) = self.turns.first_mut() {
+            *turn = across;
+        }
+    }
+}
+
+/// A chunk's share on the way down.
+struct Globals<'a, T> {
+    bodies: &'a mut [Placed<T>],
+    columns: &'a mut [Motion<T>],
+}
+
+impl<T: Real> Divide for Globals<'_, T> {
+    fn divide(self, at: &Extent) -> (Self, Self) {
+        let (bodies, more_bodies) = self.bodies.split_at_mut(at.slot);
+        let (columns, more_columns) = self.columns.split_at_mut(at.dof);
+        let own = Self { bodies, columns };
+        let rest = Self {
+            bodies: more_bodies,
+            columns: more_columns,
+        };
+        (own, rest)
+    }
+}
+
+impl<T: Real> Globals<'_, T> {
+    /// The bodies of a chunk that hangs from `start`; the terms are those of
+    /// [`crate::kinematics`].
+    fn place(self, plan: &Plan<T>, chunk: usize, start: Turn<T>, given: &Given<'_>) {
+        let slots = plan.slots_of(chunk);
+        let (mut parent, mut w) = (start.rotation, start.spin);
+        let mut columns = self.columns;
+        for ((body, link), slot) in self
+            .bodies
+            .iter_mut()
+            .zip(&plan.links[slots.clone()])
+            .zip(slots)
+        {
+            let rotation = parent * body.rotation;
+            let offset = parent * body.offset;
+            let (own, rest) = columns.split_at_mut(link.kind.dof_count());
+            columns = rest;
+            let (joint_velocity, turning_rates) = link.span(&rotation, given, own);
+            let wj = w.cross(joint_velocity.linear);
+            let spin = w + joint_velocity.angular;
+            let inertia = RigidInertia {
+                mass: link.inertia.mass,
+                moment: rotation * link.inertia.moment,
+                rotational: link.inertia.rotational.rotated(&rotation),
+            };
+            *body = Placed {
+                rotation,
+                spin,
+                offset,
+                arm: if plan.at_center[slot] {
+                    rotation * link.center
+                } else {
+                    Vec3::ZERO
+                },
+                bias_acceleration: Motion::new(
+                    w.cross(joint_velocity.angular),
+                    w.cross(w.cross(offset)) + wj + wj + turning_rates,
+                ),
+                external: -inertia.bias(spin),
+                inertia,
+            };
+            (parent, w) = (rotation, spin);
+        }
+    }
+}
+
+impl<T: Real> Link<T> {
+    /// The joint frame in that of the body before.
+    fn local(&self, given: &Given<'_>) -> Transform<T> {
+        let Transform {
+            rotation: placement,
+            translation,
+        } = self.placement;
+        let q = &given.q[self.q..];
+        let length = |x: f64| T::from_f64(x / given.length);
+        match &self.kind {
+            Kind::Fixed => self.placement,
+            Kind::Revolute {
+                still, swing, turn, ..
+            } => {
+                let (sin, cos) = T::sin_cos_of(q[0]);
+                Transform {
+                    rotation: *still + *swing * cos + *turn * sin,
+                    translation,
+                }
+            }
+            Kind::Prismatic { axis } => Transform {
+                rotation: placement,
+                translation: translation + placement * *axis * length(q[0]),
+            },
+            Kind::Spherical => Transform {
+                rotation: placement * orientation(q),
+                translation,
+            },
+            Kind::Free => Transform {
+                rotation: placement * orientation(&q[3..]),
+                translation: self.placement.point(vec3(q[0], q[1], q[2]).map(length)),
+            },
+        }
+    }
+
+    /// Angular velocity across the joint, in joint axes.
+    fn turning(&self, given: &Given<'_>) -> Vec3<T> {
+        match &self.kind {
+            Kind::Fixed | Kind::Prismatic { .. } => Vec3::ZERO,
+            Kind::Revolute { axis, .. } => *axis * given.rate(self.v),
+            Kind::Spherical | Kind::Free => given.rates(self.v),
+        }
+    }
+
+    /// Fills the motion subspace in; returns the velocity across the joint, and what turning rates
+    /// add to the acceleration.
+    fn span(
+        &self,
+        rotation: &Mat3<T>,
+        given: &Given<'_>,
+        columns: &mut [Motion<T>],
+    ) -> (Motion<T>, Vec3<T>) {
+        match &self.kind {
+            Kind::Fixed => (Motion::ZERO, Vec3::ZERO),
+            Kind::Revolute { axis, .. } => {
+                columns.copy_from_slice(&subspace::revolute(*rotation * *axis));
+                (columns[0] * given.rate(self.v), Vec3::ZERO)
+            }
+            Kind::Prismatic { axis } => {
+                columns.copy_from_slice(&subspace::prismatic(*rotation * *axis));
+                (columns[0] * given.rate(self.v), Vec3::ZERO)
+            }
+            Kind::Spherical => {
+                columns.copy_from_slice(&subspace::spherical(rotation));
+                let spin = *rotation * given.rates(self.v);
+                (Motion::new(spin, Vec3::ZERO), Vec3::ZERO)
+            }
+            Kind::Free => {
+                columns.copy_from_slice(&subspace::free(rotation));
+                let (spin, slide) = (
+                    *rotation * given.rates(self.v),
+                    *rotation * given.rates(self.v + 3),
+                );
+                (Motion::new(spin, slide), spin.cross(slide))
+            }
+        }
+    }
+}

@@ -1,0 +1,426 @@
+//! What of an assembly tree does not change: places in memory, roles of the bodies, constants.
+//!
+//! Bodies are kept chunk by chunk in **slots**, in the order of the schedule's chunks, so that every
+//! chunk, and every round of them, owns one run of each array. Each body's data refer to its
+//! **handle point**: its joint's origin, or its centre of mass where it is cut or a leaf. The
+//! constants of the joints beyond are shifted accordingly once and for all.
+
+use crate::link::Link;
+use vertebra_assembly::schedule::{Chunk, Node, NodeId, Schedule};
+use vertebra_assembly::{Body, Model};
+use vertebra_spatial::{Real, SmallCholesky, Sym3};
+
+/// How a chunk ends outboard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outboard {
+    /// With a light tail: nothing beyond.
+    Free,
+    /// With the inboard half of a cut body, which the recursion starts from.
+    Half,
+    /// With the inboard half of a cut body or a heavy tail as a leaf of its own, joined to what the
+    /// recursion has gathered: for bodies so heavy that a recursion through the light ones inboard
+    /// of them would lose these.
+    Leaf,
+}
+
+/// A body this many times as heavy as those inboard of it is a leaf of its own: a recursion that
+/// starts from it would lose about as many digits of theirs as this has.
+const LEAF_RATIO: f64 = 16.0;
+
+/// Where the arrays of a chunk start.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Extent {
+    pub(super) chunk: usize,
+    pub(super) slot: usize,
+    pub(super) dof: usize,
+    /// Chunks that start at a cut body.
+    pub(super) inner: usize,
+    /// Chunks that end with a leaf.
+    pub(super) leaf: usize,
+    /// Chunks that are joined to others.
+    pub(super) node: usize,
+    /// Chunks that are a whole path raked onto a body.
+    pub(super) rake: usize,
+}
+
+impl Extent {
+    /// From `start` to here.
+    pub(super) const fn beyond(&self, start: &Self) -> Self {
+        Self {
+            chunk: self.chunk - start.chunk,
+            slot: self.slot - start.slot,
+            dof: self.dof - start.dof,
+            inner: self.inner - start.inner,
+            leaf: self.leaf - start.leaf,
+            node: self.node - start.node,
+            rake: self.rake - start.rake,
+        }
+    }
+}
+
+/// What a path starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Inboard {
+    /// The world.
+    World,
+    /// Another path's body, by its slot.
+    Carrier(usize),
+    /// The outboard half of the path's own cut body, by its slot.
+    Cut(usize),
+}
+
+/// The join that a part becomes part of, and on which side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parent {
+    pub(super) join: usize,
+    pub(super) outboard: bool,
+}
+
+/// One chunk.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ChunkPlan {
+    pub(super) inboard: Inboard,
+    pub(super) outboard: Outboard,
+    /// Share of its last body: 1/2 if it is cut.
+    pub(super) last_share: f64,
+    /// None for a path of a single chunk.
+    pub(super) parent: Option<Parent>,
+}
+
+impl ChunkPlan {
+    /// Whether it starts at a cut body.
+    pub(super) const fn is_inner(&self) -> bool {
+        matches!(self.inboard, Inboard::Cut(_))
+    }
+
+    /// Where its path starts, if that is here: at the slot `first`.
+    pub(super) const fn head(&self, first: usize) -> Option<Head> {
+        let carrier = match self.inboard {
+            Inboard::Cut(_) => return None,
+            Inboard::Carrier(slot) => Some(slot),
+            Inboard::World => None,
+        };
+        Some(Head {
+            slot: first,
+            carrier,
+        })
+    }
+}
+
+/// A part of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    Chunk(usize),
+    Join(usize),
+}
+
+/// Where a path starts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Head {
+    /// Slot of its first body.
+    pub(super) slot: usize,
+    /// Slot of the body that carries it; none for the world.
+    pub(super) carrier: Option<usize>,
+}
+
+/// One join.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JoinPlan {
+    pub(super) inboard: Part,
+    pub(super) outboard: Part,
+    /// Where the path starts, if this part does: the join is then of the head's form.
+    pub(super) head: Option<Head>,
+    pub(super) parent: Option<Parent>,
+    /// The cut body's slot.
+    pub(super) cut: usize,
+}
+
+/// What is raked onto a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Raked {
+    /// A path of one chunk, by its entry among the chunks of that kind, and its head's slot.
+    Chunk { rake: usize, head: usize },
+    /// A path of several, by its join and its head's slot.
+    Join { join: usize, head: usize },
+    /// A sum of two.
+    Sum(usize),
+}
+
+/// The constant part of a solver over an assembly tree.
+#[derive(Clone, Debug)]
+pub(super) struct Plan<T> {
+    pub(super) schedule: Schedule,
+    /// Body of each slot, and slot of each body.
+    pub(super) bodies: Vec<u32>,
+    pub(super) slots: Vec<u32>,
+    pub(super) links: Vec<Link<T>>,
+    /// Whether a slot's handle point is its centre of mass.
+    pub(super) at_center: Vec<bool>,
+    /// Start of each slot's freedoms, one entry more than slots.
+    pub(super) dofs: Vec<u32>,
+    pub(super) chunks: Vec<ChunkPlan>,
+    /// One entry more than chunks.
+    pub(super) extents: Vec<Extent>,
+    pub(super) joins: Vec<JoinPlan>,
+    /// What is raked onto each slot's body: at most two.
+    pub(super) rakes: Vec<[Option<Raked>; 2]>,
+    /// The parts of each rake sum.
+    pub(super) sums: Vec<[Raked; 2]>,
+}
+
+/// The weights by which bodies are chosen to be cut: their masses, but none for bodies whose inertia
+/// has no inverse in this precision (points, lines).
+pub(super) fn weights(model: &Model, epsilon: f64) -> Vec<f64> {
+    let weight = |body: &Body| {
+        let central = Sym3::<f64>::from_glam(body.mass.inertia);
+        let m = central.to_mat3();
+        let mut d = [[0.0; 6]; 6];
+        for (j, column) in [m.x_axis, m.y_axis, m.z_axis].into_iter().enumerate() {
+            for (row, entry) in d.iter_mut().zip(column.to_array()) {
+                row[j] = entry;
+            }
+        }
+        let floor = 64.0 * epsilon * central.trace();
+        let invertible = SmallCholesky::factor(3, &d, &[floor; 6]).is_ok();
+        if invertible { body.mass.mass } else { 0.0 }
+    };
+    model.bodies().iter().map(weight).collect()
+}
+
+impl<T: Real> Plan<T> {
+    pub(super) fn new(model: &Model, schedule: Schedule, weights: &[f64]) -> Self {
+        let order = schedule.order();
+        let mut bodies = Vec::with_capacity(order.len());
+        for chunk in schedule.chunks() {
+            bodies.extend(order[chunk.joints()].iter().map(|body| body.0));
+        }
+        let mut slots = vec![0; bodies.len()];
+        let mut slot_u32 = 0;
+        for &body in &bodies {
+            slots[body as usize] = slot_u32;
+            slot_u32 += 1;
+        }
+        let mut plan = Self {
+            bodies,
+            slots,
+            links: Vec::new(),
+            at_center: vec![false; order.len()],
+            dofs: vec![0],
+            chunks: Vec::new(),
+            extents: vec![Extent::default()],
+            joins: Vec::new(),
+            rakes: Vec::new(),
+            sums: Vec::new(),
+            schedule,
+        };
+        plan.place_chunks(model, weights);
+        plan.place_joins();
+        plan.place_rakes();
+        plan.place_links(model);
+        plan
+    }
+
+    /// Number of slots.
+    pub(super) fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// The slots of a chunk.
+    pub(super) fn slots_of(&self, chunk: usize) -> core::ops::Range<usize> {
+        self.extents[chunk].slot..self.extents[chunk + 1].slot
+    }
+
+    /// The freedoms of a slot.
+    pub(super) fn dofs_of(&self, slot: usize) -> core::ops::Range<usize> {
+        self.dofs[slot] as usize..self.dofs[slot + 1] as usize
+    }
+
+    fn slot_of(&self, body: vertebra_assembly::BodyId) -> usize {
+        self.slots[body.index()] as usize
+    }
+
+    fn place_chunks(&mut self, model: &Model, weights: &[f64]) {
+        let freedoms: Vec<_> = (model.bodies().iter())
+            .map(|body| body.joint.kind.dof_count())
+            .collect();
+        let schedule = &self.schedule;
+        let order = schedule.order();
+        let mut carriers = vec![None; order.len()];
+        for path in schedule.paths() {
+            carriers[path.bodies().start] = path.carrier;
+        }
+        let mut at = 0;
+        for chunk in schedule.chunks() {
+            let inboard = match (schedule.inboard_cut(chunk), carriers[chunk.joints().start]) {
+                (Some(cut), _) => Inboard::Cut(self.slot_of(cut)),
+                (None, Some(carrier)) => Inboard::Carrier(self.slot_of(carrier)),
+                (None, None) => Inboard::World,
+            };
+            at += chunk.joints().len();
+            let outboard = outboard(schedule, chunk, weights, &freedoms);
+            self.at_center[at - 1] = outboard != Outboard::Free;
+            self.chunks.push(ChunkPlan {
+                inboard,
+                outboard,
+                last_share: if chunk.tail { 1.0 } else { 0.5 },
+                parent: None,
+            });
+        }
+    }
+
+    fn place_joins(&mut self) {
+        let count = self.chunks.len();
+        let part = |node: NodeId| {
+            if node.index() < count {
+                Part::Chunk(node.index())
+            } else {
+                Part::Join(node.index() - count)
+            }
+        };
+        let mut firsts = Vec::with_capacity(count);
+        let mut first = 0;
+        for chunk in self.schedule.chunks() {
+            firsts.push(first);
+            first += chunk.joints().len();
+        }
+        for (index, join) in self.schedule.joins().iter().enumerate() {
+            let (inboard, outboard) = (part(join.inboard), part(join.outboard));
+            let head = match inboard {
+                Part::Chunk(chunk) => self.chunks[chunk].head(firsts[chunk]),
+                Part::Join(join) => self.joins[join].head,
+            };
+            for (part, outboard) in [(inboard, false), (outboard, true)] {
+                let parent = Some(Parent {
+                    join: index,
+                    outboard,
+                });
+                match part {
+                    Part::Chunk(chunk) => self.chunks[chunk].parent = parent,
+                    Part::Join(join) => self.joins[join].parent = parent,
+                }
+            }
+            self.joins.push(JoinPlan {
+                inboard,
+                outboard,
+                head,
+                parent: None,
+                cut: self.slots[join.cut.index()] as usize,
+            });
+        }
+    }
+
+    fn place_rakes(&mut self) {
+        for (chunk, plan) in self.schedule.chunks().iter().zip(&self.chunks) {
+            let mut extent = *self.extents.last().unwrap_or(&Extent::default());
+            extent.chunk += 1;
+            extent.slot += chunk.joints().len();
+            extent.inner += usize::from(plan.is_inner());
+            extent.leaf += usize::from(plan.outboard == Outboard::Leaf);
+            extent.node += usize::from(plan.parent.is_some());
+            let raked = plan.parent.is_none() && matches!(plan.inboard, Inboard::Carrier(_));
+            extent.rake += usize::from(raked);
+            self.extents.push(extent);
+        }
+        let raked = |node: NodeId| match self.schedule.node(node) {
+            Some(Node::Join(_)) => {
+                let join = node.index() - self.chunks.len();
+                Raked::Join {
+                    join,
+                    head: self.joins[join].head.map_or(0, |head| head.slot),
+                }
+            }
+            Some(Node::RakeSum(_)) => {
+                Raked::Sum(node.index() - self.chunks.len() - self.joins.len())
+            }
+            _ => Raked::Chunk {
+                rake: self.extents[node.index()].rake,
+                head: self.extents[node.index()].slot,
+            },
+        };
+        self.rakes = self
+            .bodies
+            .iter()
+            .map(|&body| {
+                let mut taken = [None; 2];
+                let rakes = self.schedule.rakes(vertebra_assembly::BodyId(body));
+                for (taken, &node) in taken.iter_mut().zip(rakes) {
+                    *taken = Some(raked(node));
+                }
+                taken
+            })
+            .collect();
+        self.sums = (self.schedule.sums().iter())
+            .map(|sum| sum.parts.map(raked))
+            .collect();
+    }
+
+    /// Takes the constants of the bodies, each about its handle point, each joint from the handle
+    /// point it hangs from.
+    fn place_links(&mut self, model: &Model) {
+        let mut by_body = Link::<T::Wide>::of_model_wide(model);
+        for index in 0..by_body.len() {
+            if let Some(parent) = by_body[index].parent
+                && self.at_center[self.slots[parent] as usize]
+            {
+                let center = by_body[parent].center;
+                by_body[index].placement.translation -= center;
+            }
+        }
+        for (link, (body, &slot)) in by_body
+            .iter_mut()
+            .zip(model.bodies().iter().zip(&self.slots))
+        {
+            if self.at_center[slot as usize] {
+                link.refer_to_center(body, model.units());
+            }
+        }
+        self.links = (self.bodies.iter())
+            .map(|&body| by_body[body as usize].clone().map(T::narrow))
+            .collect();
+        let mut dof = 0;
+        for link in &self.links {
+            dof += u32::try_from(link.kind.dof_count()).unwrap_or(0);
+            self.dofs.push(dof);
+        }
+        for extent in &mut self.extents {
+            extent.dof = self.dofs[extent.slot] as usize;
+        }
+    }
+}
+
+/// Whether a chunk's last body is a leaf.
+///
+/// The recursion takes the inertia of a heavy body inboard, where each joint lets some of it go, all
+/// of it after six freedoms: from there on it is rounding that the light bodies have to stand out
+/// against. The compliance of the light bodies, to which a leaf is joined, is regular only where
+/// they have as many freedoms, and the leaf's own small one drowns in its rounding otherwise.
+fn outboard(schedule: &Schedule, chunk: &Chunk, weights: &[f64], freedoms: &[usize]) -> Outboard {
+    let start = if chunk.tail {
+        Outboard::Free
+    } else {
+        Outboard::Half
+    };
+    let bodies = &schedule.order()[chunk.joints()];
+    let Some((last, light)) = bodies.split_last() else {
+        return start;
+    };
+    let (mut heaviest, mut count) = (0.0_f64, freedoms[last.index()]);
+    for body in light.iter().rev() {
+        let weight = weights[body.index()];
+        // Bodies without inertia of their own leave joints beyond without any, unless the recursion
+        // brings that of the heavy body along.
+        if weight == 0.0 {
+            return start;
+        }
+        heaviest = heaviest.max(weight);
+        count += freedoms[body.index()];
+        if count >= 6 {
+            break;
+        }
+    }
+    if count >= 6 && weights[last.index()] >= LEAF_RATIO * heaviest {
+        Outboard::Leaf
+    } else {
+        start
+    }
+}

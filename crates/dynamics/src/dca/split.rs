@@ -1,0 +1,101 @@
+//! Work on the chunks and joins of a round, on one thread or several, with the same results.
+
+use super::plan::Extent;
+use core::ops::Range;
+
+/// Fewest chunks or joins that are worth handing to another thread.
+const GRAIN: usize = 32;
+
+/// Fewest bodies for which threads are worth waking at all.
+pub(super) const PARALLEL_BODIES: usize = 2048;
+
+/// What a piece of work comes to.
+pub(super) trait Outcome: Send {
+    /// Of no work at all.
+    const DONE: Self;
+
+    /// Of two pieces, whichever was first.
+    fn and(self, other: Self) -> Self;
+}
+
+impl Outcome for () {
+    const DONE: Self = ();
+
+    fn and(self, (): Self) -> Self {}
+}
+
+/// A failure is the index of the slot concerned; of several the smallest is reported.
+impl Outcome for Result<(), usize> {
+    const DONE: Self = Ok(());
+
+    fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Err(a), Err(b)) => Err(a.min(b)),
+            (Err(slot), Ok(())) | (Ok(()), Err(slot)) => Err(slot),
+            (Ok(()), Ok(())) => Ok(()),
+        }
+    }
+}
+
+/// A run of chunks' own shares of some arrays.
+pub(super) trait Divide: Sized + Send {
+    /// Those of the chunks before and from the one whose arrays start at `at`, counted from here.
+    fn divide(self, at: &Extent) -> (Self, Self);
+}
+
+/// Runs a function on each of a range of chunks with its own share. `share` starts with the first
+/// one's.
+pub(super) fn divide<S: Divide, R: Outcome>(
+    parallel: bool,
+    extents: &[Extent],
+    chunks: Range<usize>,
+    mut share: S,
+    run: &(impl Fn(usize, S) -> R + Sync),
+) -> R {
+    if parallel && chunks.len() >= 2 * GRAIN {
+        let middle = usize::midpoint(chunks.start, chunks.end);
+        let (before, after) = share.divide(&extents[middle].beyond(&extents[chunks.start]));
+        return both(
+            || divide(parallel, extents, chunks.start..middle, before, run),
+            || divide(parallel, extents, middle..chunks.end, after, run),
+        );
+    }
+    let mut outcome = R::DONE;
+    for chunk in chunks {
+        let (own, rest) = share.divide(&extents[chunk + 1].beyond(&extents[chunk]));
+        outcome = outcome.and(run(chunk, own));
+        share = rest;
+    }
+    outcome
+}
+
+/// Runs a function on each entry of a slice and its index, which counts from `range.start`.
+pub(super) fn for_each<T: Send, R: Outcome>(
+    parallel: bool,
+    range: Range<usize>,
+    entries: &mut [T],
+    run: &(impl Fn(usize, &mut T) -> R + Sync),
+) -> R {
+    if parallel && range.len() >= 2 * GRAIN {
+        let middle = range.len() / 2;
+        let (before, after) = entries.split_at_mut(middle);
+        let at = range.start + middle;
+        return both(
+            || for_each(parallel, range.start..at, before, run),
+            || for_each(parallel, at..range.end, after, run),
+        );
+    }
+    let mut outcome = R::DONE;
+    for (index, entry) in range.zip(entries) {
+        outcome = outcome.and(run(index, entry));
+    }
+    outcome
+}
+
+fn both<R: Outcome>(left: impl FnOnce() -> R + Send, right: impl FnOnce() -> R + Send) -> R {
+    #[cfg(feature = "rayon")]
+    let (left, right) = rayon::join(left, right);
+    #[cfg(not(feature = "rayon"))]
+    let (left, right) = (left(), right());
+    left.and(right)
+}

@@ -1,0 +1,323 @@
+//! The sweeps over the rounds of an assembly tree: up, which answers how each part responds, and down,
+//! which tells each part what acts on it.
+
+use super::chunk::{self, Ends, Inverse, Leaf, Own};
+use super::interior::Freedom;
+use super::join::{Joined, Node, join};
+use super::place::{self, Places};
+use super::plan::{Extent, Head, JoinPlan, Part, Plan, Raked};
+use super::rake::Rake;
+use super::split::{Divide, PARALLEL_BODIES, divide, for_each};
+use crate::Forces;
+use crate::link::Scales;
+use vertebra_assembly::schedule::Schedule;
+use vertebra_assembly::{Model, State};
+use vertebra_spatial::{Motion, Real};
+
+/// A join's response, what it keeps, and what acts on it.
+#[derive(Clone, Copy, Debug)]
+struct JoinState<L> {
+    node: Node<L>,
+    joined: Joined<L>,
+    /// f1, or a1 of a path's head.
+    x: [L; 6],
+    f2: [L; 6],
+    /// The force on the outboard part where the two meet.
+    force: [L; 6],
+}
+
+/// All that a solver over an assembly tree computes, chunks in the precision `T`, joins in `L`.
+#[derive(Clone, Debug)]
+pub(super) struct Tree<T, L> {
+    pub(super) plan: Plan<T>,
+    pub(super) places: Places<T>,
+    /// -g, the acceleration of a world that replaces gravity.
+    pub(super) base: Motion<T>,
+    /// Accelerations of the handle points, by slots.
+    pub(super) accelerations: Vec<Motion<T>>,
+    pub(super) freedoms: Vec<Freedom<T>>,
+    inner: Vec<Inverse<T>>,
+    pub(super) leaves: Vec<Leaf<T>>,
+    nodes: Vec<Node<L>>,
+    rakes: Vec<Rake<T>>,
+    sums: Vec<Rake<T>>,
+    joins: Vec<JoinState<L>>,
+}
+
+/// Why a tree could not be solved, and the body concerned.
+pub(super) enum Failure {
+    /// A joint moves no inertia, or a body has none that can be inverted.
+    Singular(usize),
+    /// The halves of a cut body cannot be joined in the precision of the tree.
+    Unjoined(usize),
+    /// An acceleration is not finite.
+    Overflow(usize),
+}
+
+impl<T: Real, L: Real> Tree<T, L> {
+    pub(super) fn new(model: &Model, schedule: Schedule, weights: &[f64]) -> Self {
+        let plan = Plan::new(model, schedule, weights);
+        let Extent {
+            slot,
+            dof,
+            inner,
+            leaf,
+            node,
+            rake,
+            ..
+        } = plan.extents[plan.chunks.len()];
+        let state = JoinState {
+            node: Node::ZERO,
+            joined: Joined::NONE,
+            x: [L::ZERO; 6],
+            f2: [L::ZERO; 6],
+            force: [L::ZERO; 6],
+        };
+        let gravity = model.gravity() / model.units().acceleration();
+        Self {
+            places: Places::new(&plan),
+            base: Motion::new(
+                vertebra_spatial::Vec3::ZERO,
+                -vertebra_spatial::Vec3::from_glam(gravity),
+            ),
+            accelerations: vec![Motion::ZERO; slot],
+            freedoms: vec![Freedom::NONE; dof],
+            inner: vec![Inverse::NONE; inner],
+            leaves: vec![Leaf::NONE; leaf],
+            nodes: vec![Node::ZERO; node],
+            rakes: vec![Rake::default(); rake],
+            sums: vec![Rake::default(); plan.sums.len()],
+            joins: vec![state; plan.joins.len()],
+            plan,
+        }
+    }
+
+    /// Forward dynamics; the freedoms have the joint accelerations afterwards.
+    pub(super) fn solve(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+        scales: &Scales,
+        threads: bool,
+    ) -> Result<(), Failure> {
+        let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
+        let given = place::Given {
+            q: &state.q,
+            qd: &state.qd,
+            rate_scales: &scales.rate,
+            length: model.units().length,
+        };
+        self.places.set(&self.plan, &given, parallel);
+        self.places.push(&self.plan, forces, model.units());
+        for round in 0..self.plan.schedule.round_count() {
+            self.sum(round, parallel);
+            self.assemble(round, &forces.joint, &scales.force, parallel)?;
+            self.join(round, parallel)?;
+        }
+        for round in (0..self.plan.schedule.round_count()).rev() {
+            self.part(round, parallel);
+            self.respond(round, &forces.joint, &scales.force, parallel)?;
+        }
+        Ok(())
+    }
+
+    /// Up: adds the rakes of a round in pairs.
+    fn sum(&mut self, round: usize, parallel: bool) {
+        let range = self.plan.schedule.sums_in(round);
+        let (before, own) = self.sums.split_at_mut(range.start);
+        let rakes = Rakes {
+            plan: &self.plan,
+            places: &self.places,
+            chunks: &self.rakes,
+            joins: &self.joins,
+            sums: before,
+        };
+        for_each(parallel, range, own, &|index, sum| {
+            let [a, b] = rakes.plan.sums[index];
+            *sum = rakes.rake(a);
+            sum.add(&rakes.rake(b), T::ONE);
+        });
+    }
+
+    /// Up: the chunks of a round.
+    fn assemble(
+        &mut self,
+        round: usize,
+        tau: &[f64],
+        force_scales: &[f64],
+        parallel: bool,
+    ) -> Result<(), Failure> {
+        let range = self.plan.schedule.chunks_in(round);
+        let start = &self.plan.extents[range.start];
+        let whole = Own {
+            accelerations: &mut self.accelerations,
+            freedoms: &mut self.freedoms,
+            inner: &mut self.inner,
+            leaves: &mut self.leaves,
+            nodes: &mut self.nodes,
+            rakes: &mut self.rakes,
+        };
+        let (before, own) = whole.divide(start);
+        let rakes = Rakes {
+            plan: &self.plan,
+            places: &self.places,
+            chunks: before.rakes,
+            joins: &self.joins,
+            sums: &self.sums,
+        };
+        let given = chunk::Given {
+            plan: &self.plan,
+            places: &self.places,
+            tau,
+            force_scales,
+        };
+        divide(parallel, &self.plan.extents, range, own, &|index, own| {
+            chunk::assemble(&given, index, own, |slot| rakes.onto(slot))
+        })
+        .map_err(|slot| Failure::Singular(self.plan.bodies[slot] as usize))
+    }
+
+    /// Up: the joins of a round.
+    fn join(&mut self, round: usize, parallel: bool) -> Result<(), Failure> {
+        let plan = &self.plan;
+        let range = plan.schedule.joins_in(round);
+        let (before, own) = self.joins.split_at_mut(range.start);
+        let nodes = &self.nodes;
+        let node = |part: Part| match part {
+            Part::Chunk(chunk) => &nodes[plan.extents[chunk].node],
+            Part::Join(join) => &before[join].node,
+        };
+        for_each(parallel, range, own, &|index, state: &mut JoinState<L>| {
+            let JoinPlan {
+                inboard,
+                outboard,
+                head,
+                cut,
+                ..
+            } = plan.joins[index];
+            let joined = join(head.is_some(), node(inboard), node(outboard));
+            (state.node, state.joined) = joined.ok_or(cut)?;
+            Ok(())
+        })
+        .map_err(|slot: usize| Failure::Unjoined(plan.bodies[slot] as usize))
+    }
+
+    /// Down: the forces in the joins of a round.
+    fn part(&mut self, round: usize, parallel: bool) {
+        let plan = &self.plan;
+        let range = plan.schedule.joins_in(round);
+        let (own, later) = self.joins.split_at_mut(range.end);
+        let (first_later, start) = (range.end, range.start);
+        let (accelerations, places, base) = (&self.accelerations, &self.places, self.base);
+        for_each(parallel, range, &mut own[start..], &|index, state| {
+            let JoinPlan { parent, head, .. } = plan.joins[index];
+            let given =
+                parent.map(|parent| later[parent.join - first_later].handed(parent.outboard));
+            (state.x, state.f2) = given.unwrap_or_else(|| {
+                let a = head.map(|head| hanging(head, places, accelerations, 0, base));
+                let x = a.unwrap_or_default().to_array().map(T::cast);
+                (x, [L::ZERO; 6])
+            });
+            state.force = state.joined.force(&state.x, &state.f2);
+        });
+    }
+
+    /// Down: the accelerations in the chunks of a round.
+    fn respond(
+        &mut self,
+        round: usize,
+        tau: &[f64],
+        force_scales: &[f64],
+        parallel: bool,
+    ) -> Result<(), Failure> {
+        let plan = &self.plan;
+        let range = plan.schedule.chunks_in(round);
+        let (start, end) = (plan.extents[range.start], plan.extents[range.end]);
+        let (accelerations, later) = self.accelerations.split_at_mut(end.slot);
+        let whole: Own<'_, T, L> = Own {
+            accelerations,
+            freedoms: &mut self.freedoms,
+            inner: &mut self.inner,
+            leaves: &mut self.leaves,
+            nodes: &mut self.nodes,
+            rakes: &mut self.rakes,
+        };
+        let (_, own) = whole.divide(&start);
+        let given = chunk::Given {
+            plan,
+            places: &self.places,
+            tau,
+            force_scales,
+        };
+        let (joins, base) = (&self.joins, self.base);
+        divide(parallel, &plan.extents, range, own, &|index, own| {
+            let chunk = &plan.chunks[index];
+            let (x, f2) = match chunk.parent {
+                Some(parent) => joins[parent.join].handed(parent.outboard),
+                None => ([L::ZERO; 6], [L::ZERO; 6]),
+            };
+            let x = match chunk.head(plan.extents[index].slot) {
+                Some(head) => hanging(head, given.places, later, end.slot, base).to_array(),
+                None => x.map(L::cast),
+            };
+            let ends = Ends {
+                x,
+                f2: f2.map(L::cast),
+            };
+            chunk::solve(&given, index, own, &ends)
+        })
+        .map_err(|slot| Failure::Overflow(plan.bodies[slot] as usize))
+    }
+}
+
+impl<L: Real> JoinState<L> {
+    /// x and f2 of its inboard or outboard part.
+    fn handed(&self, outboard: bool) -> ([L; 6], [L; 6]) {
+        if outboard {
+            (self.force, self.f2)
+        } else {
+            (self.x, self.force.map(|f| -f))
+        }
+    }
+}
+
+/// The acceleration a1 that a path's head hangs from, given those of the bodies from a slot on.
+fn hanging<T: Real>(
+    head: Head,
+    places: &Places<T>,
+    accelerations: &[Motion<T>],
+    first: usize,
+    base: Motion<T>,
+) -> Motion<T> {
+    match head.carrier {
+        Some(carrier) => accelerations[carrier - first].shifted(places.bodies[head.slot].offset),
+        None => base,
+    }
+}
+
+/// What is raked onto bodies, as far as it is known.
+struct Rakes<'a, T, L> {
+    plan: &'a Plan<T>,
+    places: &'a Places<T>,
+    chunks: &'a [Rake<T>],
+    joins: &'a [JoinState<L>],
+    sums: &'a [Rake<T>],
+}
+
+impl<T: Real, L: Real> Rakes<'_, T, L> {
+    fn rake(&self, raked: Raked) -> Rake<T> {
+        match raked {
+            Raked::Chunk { rake, head } => self.chunks[rake].carried(&self.places.bodies[head]),
+            Raked::Join { join, head } => {
+                Rake::of_node(&self.joins[join].node).carried(&self.places.bodies[head])
+            }
+            Raked::Sum(sum) => self.sums[sum],
+        }
+    }
+
+    fn onto(&self, slot: usize) -> impl Iterator<Item = Rake<T>> + '_ {
+        let rakes = self.plan.rakes[slot];
+        rakes.into_iter().flatten().map(|raked| self.rake(raked))
+    }
+}
