@@ -1,4 +1,4 @@
-//! External forces and velocity-product forces, gathered body by body.
+//! External forces, gathered body by body.
 
 use crate::workspace::Sweeps;
 use crate::{Forces, Wrench};
@@ -6,11 +6,8 @@ use vertebra_assembly::Units;
 use vertebra_spatial::{Force, Real, Vec3};
 
 impl<T: Real> Sweeps<T> {
-    /// Sets `external` to the external force minus the velocity-product force of every body.
-    pub(crate) fn set_external(&mut self, forces: &Forces, units: &Units) {
-        for i in 0..self.links.len() {
-            self.external[i] = -self.inertia[i].bias(self.spin[i]);
-        }
+    /// Adds the external forces to `external`, where the velocity-product forces are already.
+    pub(crate) fn add_external(&mut self, forces: &Forces, units: &Units) {
         for (id, wrench) in forces.external() {
             let i = id.index();
             let wrench = self.wrench_at_joint(i, wrench, units);
@@ -20,17 +17,17 @@ impl<T: Real> Sweeps<T> {
 
     /// A wrench in world axes about the joint's origin, in the model's units.
     pub(crate) fn wrench_at_joint(&self, i: usize, wrench: &Wrench, units: &Units) -> Force<T> {
-        let link = &self.links[i];
+        let frame = &self.frames[i];
         let rotation = self.rotation[i];
         let mut linear = Vec3::from_glam(wrench.force / units.force());
         let mut angular = Vec3::from_glam(wrench.torque / units.energy());
         if wrench.body_axes {
-            let axes = rotation * link.body_frame.rotation;
+            let axes = rotation * frame.placement.rotation;
             (linear, angular) = (axes * linear, axes * angular);
         }
         let arm = match wrench.point {
-            None => link.center,
-            Some(point) => link.body_frame.point(Vec3::from_glam(point / units.length)),
+            None => frame.center,
+            Some(point) => frame.placement.point(Vec3::from_glam(point / units.length)),
         };
         Force::new(angular, linear).shifted_back(rotation * arm)
     }

@@ -90,7 +90,7 @@ fn evaluate<T: Real>(
         .collect();
     let s = &mut Sweeps::<T::Wide>::new(model);
     s.set_state(state, model.units().length, &scales.rate);
-    s.set_external(forces, model.units());
+    s.add_external(forces, model.units());
     for (u, &qdd) in s.u.iter_mut().zip(&solution.u) {
         *u = qdd.widen();
     }

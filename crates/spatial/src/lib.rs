@@ -34,6 +34,7 @@ mod motion;
 mod pose;
 mod quaternion;
 mod scalar;
+mod sin_cos;
 pub mod subspace;
 mod transform;
 mod vector;
