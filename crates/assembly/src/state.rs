@@ -144,7 +144,15 @@ impl State {
         if !self.time.is_finite() {
             return Err(non_finite("time", "state", self.time));
         }
+        // A look at all numbers at once; which one it is, is for the error alone.
+        let all_finite = |values: &[f64]| values.iter().fold(true, |all, x| all & x.is_finite());
+        let finite = all_finite(&self.q) & all_finite(&self.qd);
+        // A quaternion has one number more than its joint has freedoms.
+        let mut quaternions = self.q.len() - self.qd.len();
         for body in model.bodies() {
+            if finite && quaternions == 0 {
+                break;
+            }
             let q = &self.q[body.position_range()];
             let qd = &self.qd[body.dof_range()];
             for (quantity, values) in [("joint position", q), ("joint rate", qd)] {
@@ -157,6 +165,7 @@ impl State {
                 JointKind::Free => &q[3..],
                 _ => continue,
             };
+            quaternions -= 1;
             let length = quaternion.iter().map(|c| c * c).sum::<f64>().sqrt();
             if (length - 1.0).abs() > 1e-6 {
                 return Err(ModelError::NonUnitQuaternion {

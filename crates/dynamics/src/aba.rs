@@ -7,11 +7,14 @@
 //! Ia = IA - U D^-1 U', pa = pA + Ia c + U D^-1 u; parent: IA += X' Ia X, pA += X' pa.
 //! Down: a' = X a_parent + c, qdd = D^-1 (u - U' a'), a = a' + S qdd.
 
-use crate::link::Kind;
+use crate::link::{Kind, Link};
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Workspace, finite_results};
+use core::ops::AddAssign;
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{ArticulatedInertia, Force, Motion, Real, SmallCholesky, Sym3, vec3};
+use vertebra_spatial::{
+    ArticulatedInertia, Force, Motion, Real, RigidInertia, SmallCholesky, Sym3, vec3,
+};
 
 /// Forward dynamics: the joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
 /// [`Workspace::acceleration`] has those of the bodies afterwards.
@@ -34,11 +37,10 @@ pub fn aba<'w>(
         ..
     } = workspace;
     let failed = in_precision!(arrays, s => {
-        s.set_external(forces, model.units());
+        s.add_external(forces, model.units());
         for (tau, (&given, &scale)) in s.tau.iter_mut().zip(forces.joint.iter().zip(&scales.force)) {
             *tau = Real::from_f64(given / scale);
         }
-        s.u.copy_from_slice(&s.tau);
         s.articulate().map_err(|i| Error::SingularJoint {
             body: model.bodies()[i].name.clone(),
         })?;
@@ -77,94 +79,129 @@ impl<T: Real> Sweeps<T> {
     /// rounding (4 eps) of the body's own inertia in all directions and of what arrived from its
     /// children before their joints let go.
     fn articulate(&mut self) -> Result<(), usize> {
-        for i in 0..self.links.len() {
-            self.articulated[i] = self.inertia[i].into();
-            self.bias[i] = -self.external[i];
-            self.carried[i] = [
-                self.articulated[i].angular.trace(),
-                self.articulated[i].linear.trace(),
-            ];
-        }
         let rounding = T::from_f64(4.0) * T::EPSILON;
+        let mut arriving = PassedOn::ZERO;
         for i in (0..self.links.len()).rev() {
-            let v = self.links[i].v;
-            let floor = self.carried[i].map(|carried| carried * rounding);
-            let mut inertia = self.articulated[i];
-            let mut bias = self.bias[i];
+            let Link {
+                parent,
+                kind,
+                v,
+                gathers,
+                ..
+            } = self.links[i];
+            let mut here = PassedOn::of_body(&self.inertia[i], -self.external[i]);
+            here += arriving;
+            if gathers {
+                here += PassedOn {
+                    inertia: self.articulated[i],
+                    bias: self.bias[i],
+                    carried: self.carried[i],
+                };
+            }
+            let PassedOn {
+                inertia,
+                bias,
+                carried,
+            } = here;
+            self.articulated[i] = inertia;
+            self.bias[i] = bias;
+            let floor = carried.map(|carried| carried * rounding);
             let c = self.bias_acceleration[i];
-            match self.links[i].kind {
-                Kind::Fixed => bias += inertia.mul(c),
-                Kind::Revolute { .. } => {
+            let r = self.offset[i];
+            let (u_column, d, floor, u) = match kind {
+                Kind::Revolute => {
                     let axis = self.subspace[v].angular;
                     let u_column = Force::new(inertia.angular * axis, inertia.coupling * axis);
                     let d = axis.dot(u_column.angular);
-                    self.let_go(i, d, floor[0], u_column, axis.dot(bias.angular))?;
-                    (inertia, bias) = self.pass_on(i, inertia, bias, u_column, c);
+                    (u_column, d, floor[0], self.tau[v] - axis.dot(bias.angular))
                 }
-                Kind::Prismatic { .. } => {
+                Kind::Prismatic => {
                     let axis = self.subspace[v].linear;
                     let u_column =
                         Force::new(inertia.coupling.transpose_mul(axis), inertia.linear * axis);
                     let d = axis.dot(u_column.linear);
-                    self.let_go(i, d, floor[1], u_column, axis.dot(bias.linear))?;
-                    (inertia, bias) = self.pass_on(i, inertia, bias, u_column, c);
+                    (u_column, d, floor[1], self.tau[v] - axis.dot(bias.linear))
                 }
-                Kind::Spherical => {
-                    self.let_go_several(i, floor, &inertia, bias)?;
-                    (inertia, bias) = self.pass_on_spherical(i, &inertia, bias, c);
+                _ => {
+                    let passed_on = self.pass_on_several(i, floor)?;
+                    arriving = self.hand_on(i, passed_on);
+                    continue;
                 }
-                Kind::Free => {
-                    self.let_go_several(i, floor, &inertia, bias)?;
-                    // Everything is let go but what drives the joint.
-                    (inertia, bias) = (ArticulatedInertia::default(), self.driven(i));
-                }
+            };
+            // Written so that NaN fails.
+            if !(d > floor && d.is_finite()) {
+                return Err(i);
             }
-            if let Some(parent) = self.links[i].parent {
-                let r = self.offset[i];
-                // What arrives at the parent before this joint lets anything go.
-                let arriving = &self.articulated[i];
-                self.carried[parent][0] += arriving.shifted_angular_trace(r);
-                self.carried[parent][1] += arriving.linear.trace();
-                self.articulated[parent] += inertia.shifted_back(r);
-                self.bias[parent] += bias.shifted_back(r);
-            }
+            let d_inverse = T::ONE / d;
+            let rest = u - c.dot(u_column);
+            let above = u_column.shifted_back(r);
+            self.d_inverse[i] = d_inverse;
+            self.u[v] = u;
+            self.u_columns[v] = u_column;
+            self.above[v] = (above, rest);
+            // Shifted before the joint lets go, X' Ia X = X' IA X - (X' U) D^-1 (X' U)': the division,
+            // the slowest operation on the way up, then has work beside it. With c,
+            // X' pa = X' (pA + IA c) + X' U D^-1 (u - U' c).
+            let mut shifted = inertia.shifted_back(r);
+            let carried = [shifted.angular.trace(), shifted.linear.trace()];
+            shifted.subtract_outer(above, d_inverse);
+            let passed_on = PassedOn {
+                inertia: shifted,
+                bias: (bias + inertia.mul(c)).shifted_back(r) + above * (rest * d_inverse),
+                carried,
+            };
+            arriving = match parent {
+                Some(parent) if parent + 1 == i => passed_on,
+                _ => self.hand_on(i, passed_on),
+            };
         }
         Ok(())
     }
 
-    /// Stores U, 1/D and u of a joint with one freedom.
-    fn let_go(
-        &mut self,
-        i: usize,
-        d: T,
-        floor: T,
-        u_column: Force<T>,
-        projected_bias: T,
-    ) -> Result<(), usize> {
-        // Written so that NaN fails.
-        if !(d > floor && d.is_finite()) {
-            return Err(i);
+    /// Puts what a body hands on where its parent finds it; gives what is at hand for the next body.
+    #[inline(always)]
+    fn hand_on(&mut self, i: usize, passed_on: PassedOn<T>) -> PassedOn<T> {
+        let Some(parent) = self.links[i].parent else {
+            return PassedOn::ZERO;
+        };
+        if parent + 1 == i {
+            return passed_on;
         }
-        let v = self.links[i].v;
-        self.d_inverse[i] = T::ONE / d;
-        self.u_columns[v] = u_column;
-        self.u[v] -= projected_bias;
-        Ok(())
+        let mut sum = passed_on;
+        if !self.links[i].arrives_first {
+            sum += PassedOn {
+                inertia: self.articulated[parent],
+                bias: self.bias[parent],
+                carried: self.carried[parent],
+            };
+        }
+        self.articulated[parent] = sum.inertia;
+        self.bias[parent] = sum.bias;
+        self.carried[parent] = sum.carried;
+        PassedOn::ZERO
     }
 
-    /// Ia and pa of a joint with one freedom.
-    fn pass_on(
-        &self,
-        i: usize,
-        mut inertia: ArticulatedInertia<T>,
-        bias: Force<T>,
-        u_column: Force<T>,
-        c: Motion<T>,
-    ) -> (ArticulatedInertia<T>, Force<T>) {
-        let d_inverse = self.d_inverse[i];
-        inertia.subtract_outer(u_column, d_inverse);
-        let passed = bias + inertia.mul(c) + u_column * (self.u[self.links[i].v] * d_inverse);
-        (inertia, passed)
+    /// What a joint with no or several freedoms hands on.
+    fn pass_on_several(&mut self, i: usize, floor: [T; 2]) -> Result<PassedOn<T>, usize> {
+        let (inertia, bias) = (self.articulated[i], self.bias[i]);
+        let (r, c) = (self.offset[i], self.bias_acceleration[i]);
+        let (passed, force) = match self.links[i].kind {
+            Kind::Free => {
+                self.let_go_several(i, floor, &inertia, bias)?;
+                // Everything is let go but what drives the joint.
+                (ArticulatedInertia::ZERO, self.driven(i))
+            }
+            Kind::Spherical => {
+                self.let_go_several(i, floor, &inertia, bias)?;
+                self.pass_on_spherical(i, &inertia, bias, c)
+            }
+            _ => (inertia, bias + inertia.mul(c)),
+        };
+        Ok(PassedOn {
+            inertia: passed.shifted_back(r),
+            bias: force.shifted_back(r),
+            carried: [inertia.shifted_angular_trace(r), inertia.linear.trace()],
+        })
     }
 
     /// Stores U, the factors of D and u of a joint with several freedoms.
@@ -184,7 +221,7 @@ impl<T: Real> Sweeps<T> {
                 d[k][l] = self.subspace[other].dot(u_column);
             }
             let projected = self.subspace[dof].dot(bias);
-            self.u[dof] -= projected;
+            self.u[dof] = self.tau[dof] - projected;
         }
         let [turn, slide] = floor;
         let floors = [turn, turn, turn, slide, slide, slide];
@@ -251,7 +288,7 @@ impl<T: Real> Sweeps<T> {
             let mut f = self.articulated[i].mul(self.acceleration[i]) + self.bias[i];
             match self.links[i].kind {
                 Kind::Fixed => {}
-                Kind::Revolute { .. } | Kind::Prismatic { .. } => {
+                Kind::Revolute | Kind::Prismatic => {
                     let dof = self.links[i].v;
                     let excess = self.subspace[dof].dot(f) - self.tau[dof];
                     f -= along(self.subspace[dof]) * excess;
@@ -278,27 +315,47 @@ impl<T: Real> Sweeps<T> {
     /// larger than a (a light body on a fast joint hardly notices its parent), and then rounding of
     /// the order of a' is left in a; the second solution removes it.
     fn respond(&mut self) {
+        let mut last = Motion::ZERO;
         for i in 0..self.links.len() {
-            let mut a = match self.links[i].parent {
-                Some(parent) => self.acceleration[parent].shifted(self.offset[i]),
+            let Link {
+                parent, kind, v, ..
+            } = self.links[i];
+            let above = match parent {
+                Some(parent) if parent + 1 == i => last,
+                Some(parent) => self.acceleration[parent],
                 None => self.base,
-            } + self.bias_acceleration[i];
-            let dofs = self.dofs(i);
-            match dofs.len() {
-                0 => {}
-                1 => {
-                    let (column, u_column) =
-                        (self.subspace[dofs.start], self.u_columns[dofs.start]);
-                    let (u, d_inverse) = (self.u[dofs.start], self.d_inverse[i]);
-                    let first = (u - a.dot(u_column)) * d_inverse;
-                    a += column * first;
-                    let second = (u - a.dot(u_column)) * d_inverse;
-                    a += column * second;
-                    self.u[dofs.start] = first + second;
+            };
+            let mut a = above.shifted(self.offset[i]) + self.bias_acceleration[i];
+            match kind {
+                Kind::Fixed => {}
+                Kind::Revolute => {
+                    let (axis, u_column) = (self.subspace[v].angular, self.u_columns[v]);
+                    let (u, d_inverse) = (self.u[v], self.d_inverse[i]);
+                    let (column_above, rest) = self.above[v];
+                    let first = (rest - above.dot(column_above)) * d_inverse;
+                    a.angular += axis * first;
+                    let second = ((u - a.linear.dot(u_column.linear))
+                        - a.angular.dot(u_column.angular))
+                        * d_inverse;
+                    a.angular += axis * second;
+                    self.u[v] = first + second;
                 }
-                _ => self.respond_several(i, dofs, &mut a),
+                Kind::Prismatic => {
+                    let (axis, u_column) = (self.subspace[v].linear, self.u_columns[v]);
+                    let (u, d_inverse) = (self.u[v], self.d_inverse[i]);
+                    let (column_above, rest) = self.above[v];
+                    let first = (rest - above.dot(column_above)) * d_inverse;
+                    a.linear += axis * first;
+                    let second = ((u - a.angular.dot(u_column.angular))
+                        - a.linear.dot(u_column.linear))
+                        * d_inverse;
+                    a.linear += axis * second;
+                    self.u[v] = first + second;
+                }
+                Kind::Spherical | Kind::Free => self.respond_several(i, self.dofs(i), &mut a),
             }
             self.acceleration[i] = a;
+            last = a;
         }
     }
 
@@ -320,6 +377,45 @@ impl<T: Real> Sweeps<T> {
             }
         }
         self.u[dofs.clone()].copy_from_slice(&qdd[..dofs.len()]);
+    }
+}
+
+/// What a body hands to its parent, about the parent's origin; or what a body is made of.
+#[derive(Clone, Copy)]
+struct PassedOn<T> {
+    /// X' Ia X.
+    inertia: ArticulatedInertia<T>,
+    /// X' pa.
+    bias: Force<T>,
+    /// Traces of what arrives before the joint lets go ([`Sweeps::carried`]).
+    carried: [T; 2],
+}
+
+impl<T: Real> PassedOn<T> {
+    const ZERO: Self = Self {
+        inertia: ArticulatedInertia::ZERO,
+        bias: Force::ZERO,
+        carried: [T::ZERO; 2],
+    };
+
+    #[inline]
+    fn of_body(inertia: &RigidInertia<T>, bias: Force<T>) -> Self {
+        let inertia = ArticulatedInertia::from(*inertia);
+        Self {
+            inertia,
+            bias,
+            carried: [inertia.angular.trace(), inertia.linear.trace()],
+        }
+    }
+}
+
+impl<T: Real> AddAssign for PassedOn<T> {
+    #[inline]
+    fn add_assign(&mut self, rhs: Self) {
+        self.inertia += rhs.inertia;
+        self.bias += rhs.bias;
+        self.carried[0] += rhs.carried[0];
+        self.carried[1] += rhs.carried[1];
     }
 }
 

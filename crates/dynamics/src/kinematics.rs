@@ -11,11 +11,12 @@
 //! the last term only where the linear rates are given in axes that turn with the child (free
 //! joints); a prismatic axis turns with the parent.
 
+use crate::link::{Kind, Link};
 use crate::workspace::{Computed, Sweeps, in_precision};
-use crate::{Error, Workspace, link::Kind};
+use crate::{Error, Workspace};
 use glam::DQuat;
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{Mat3, Motion, Quat, Real, Transform, Vec3, subspace, vec3};
+use vertebra_spatial::{Mat3, Motion, Quat, Real, Vec3, subspace, vec3};
 
 /// Computes poses and velocities of all bodies; [`Workspace::pose`] and [`Workspace::velocity`]
 /// read them.
@@ -68,85 +69,93 @@ impl Workspace {
 }
 
 impl<T: Real> Sweeps<T> {
-    /// From the world down: rotations, offsets, spins, subspaces and velocity products.
+    /// From the world down: rotations, offsets, spins, subspaces and velocity products, of
+    /// accelerations and of forces.
     pub(crate) fn set_state(&mut self, state: &State, length: f64, rate_scales: &[f64]) {
         for (rate, (&qd, &scale)) in self.rates.iter_mut().zip(state.qd.iter().zip(rate_scales)) {
             *rate = T::from_f64(qd * scale);
         }
-        for i in 0..self.links.len() {
-            let link = &self.links[i];
+        // As long as each other: an index that is in one is in all.
+        let n = self.links.len();
+        let links = &self.links[..n];
+        let rotations = &mut self.rotation[..n];
+        let spins = &mut self.spin[..n];
+        let offsets = &mut self.offset[..n];
+        let joint_velocities = &mut self.joint_velocity[..n];
+        let bias_accelerations = &mut self.bias_acceleration[..n];
+        let inertias = &mut self.inertia[..n];
+        let externals = &mut self.external[..n];
+        let mut turns = [(T::ZERO, T::ZERO); BLOCK];
+        for i in 0..n {
+            if i % BLOCK == 0 {
+                sines_and_cosines(&links[i..n.min(i + BLOCK)], &state.q, &mut turns);
+            }
+            let link = &links[i];
             let (parent, w) = match link.parent {
-                Some(parent) => (self.rotation[parent], self.spin[parent]),
+                Some(parent) => (rotations[parent], spins[parent]),
                 None => (Mat3::IDENTITY, Vec3::ZERO),
             };
             let q = &state.q[link.q..];
             let rates = &self.rates[link.v..];
+            let mut rotation = parent * link.placement.rotation;
             let mut offset = parent * link.placement.translation;
-            let mut turning_rates = Vec3::ZERO;
-            let rotation;
-            let joint_velocity;
-            match &link.kind {
-                Kind::Fixed => {
-                    rotation = parent * link.placement.rotation;
-                    joint_velocity = Motion::ZERO;
+            let mut joint_velocity = Motion::ZERO;
+            let mut bias_acceleration = Motion::new(Vec3::ZERO, w.cross(w.cross(offset)));
+            match link.kind {
+                Kind::Fixed => {}
+                Kind::Revolute => {
+                    let (sin, cos) = turns[i % BLOCK];
+                    let Mat3 { x_axis, y_axis, .. } = rotation;
+                    rotation.x_axis = x_axis * cos + y_axis * sin;
+                    rotation.y_axis = y_axis * cos - x_axis * sin;
+                    self.subspace[link.v] = Motion::new(rotation.z_axis, Vec3::ZERO);
+                    joint_velocity.angular = rotation.z_axis * rates[0];
+                    bias_acceleration.angular = w.cross(joint_velocity.angular);
                 }
-                Kind::Revolute {
-                    axis,
-                    still,
-                    swing,
-                    turn,
-                } => {
-                    let (sin, cos) = T::sin_cos_of(q[0]);
-                    rotation = parent * (*still + *swing * cos + *turn * sin);
-                    let column = subspace::revolute(rotation * *axis);
-                    joint_velocity = column[0] * rates[0];
-                    self.subspace[link.v] = column[0];
-                }
-                Kind::Prismatic { axis } => {
-                    rotation = parent * link.placement.rotation;
-                    let column = subspace::prismatic(rotation * *axis);
-                    offset += column[0].linear * T::from_f64(q[0] / length);
-                    joint_velocity = column[0] * rates[0];
-                    self.subspace[link.v] = column[0];
+                Kind::Prismatic => {
+                    let along = rotation.z_axis;
+                    offset += along * T::from_f64(q[0] / length);
+                    self.subspace[link.v] = Motion::new(Vec3::ZERO, along);
+                    joint_velocity.linear = along * rates[0];
+                    let sideways = w.cross(joint_velocity.linear);
+                    bias_acceleration.linear = w.cross(w.cross(offset)) + sideways + sideways;
                 }
                 Kind::Spherical => {
-                    rotation = parent * link.placement.rotation * orientation(q);
+                    rotation = rotation * orientation(q);
                     let columns = subspace::spherical(&rotation);
                     self.subspace[link.v..link.v + 3].copy_from_slice(&columns);
-                    joint_velocity =
-                        Motion::new(rotation * vec3(rates[0], rates[1], rates[2]), Vec3::ZERO);
+                    joint_velocity.angular = rotation * vec3(rates[0], rates[1], rates[2]);
+                    bias_acceleration.angular = w.cross(joint_velocity.angular);
                 }
                 Kind::Free => {
                     let at = vec3(q[0], q[1], q[2]).map(|x| T::from_f64(x / length));
-                    let frame = Transform {
-                        rotation: parent * link.placement.rotation,
-                        translation: offset,
-                    };
-                    offset = frame.point(at);
-                    rotation = frame.rotation * orientation(&q[3..]);
+                    offset += rotation * at;
+                    rotation = rotation * orientation(&q[3..]);
                     let columns = subspace::free(&rotation);
                     self.subspace[link.v..link.v + 6].copy_from_slice(&columns);
                     joint_velocity = Motion::new(
                         rotation * vec3(rates[0], rates[1], rates[2]),
                         rotation * vec3(rates[3], rates[4], rates[5]),
                     );
-                    turning_rates = joint_velocity.angular.cross(joint_velocity.linear);
+                    let sideways = w.cross(joint_velocity.linear);
+                    bias_acceleration = Motion::new(
+                        w.cross(joint_velocity.angular),
+                        w.cross(w.cross(offset))
+                            + sideways
+                            + sideways
+                            + joint_velocity.angular.cross(joint_velocity.linear),
+                    );
                 }
             }
-            let wj = w.cross(joint_velocity.linear);
-            self.bias_acceleration[i] = Motion::new(
-                w.cross(joint_velocity.angular),
-                w.cross(w.cross(offset)) + wj + wj + turning_rates,
-            );
-            self.spin[i] = w + joint_velocity.angular;
-            self.joint_velocity[i] = joint_velocity;
-            self.offset[i] = offset;
-            self.rotation[i] = rotation;
-            self.inertia[i] = vertebra_spatial::RigidInertia {
-                mass: link.inertia.mass,
-                moment: rotation * link.inertia.moment,
-                rotational: link.inertia.rotational.rotated(&rotation),
-            };
+            let spin = w + joint_velocity.angular;
+            let inertia = link.inertia.rotated(&rotation);
+            rotations[i] = rotation;
+            offsets[i] = offset;
+            spins[i] = spin;
+            joint_velocities[i] = joint_velocity;
+            bias_accelerations[i] = bias_acceleration;
+            inertias[i] = inertia;
+            externals[i] = -inertia.bias(spin);
         }
     }
 
@@ -161,6 +170,24 @@ impl<T: Real> Sweeps<T> {
             self.velocity[i] = velocity.shifted(self.offset[i]) + self.joint_velocity[i];
         }
     }
+}
+
+/// Bodies whose joints' sines and cosines are computed together, as vector code.
+pub(crate) const BLOCK: usize = 16;
+
+/// Sine and cosine of the angles of revolute joints; whatever for others.
+pub(crate) fn sines_and_cosines<T: Real>(
+    links: &[Link<T>],
+    q: &[f64],
+    turns: &mut [(T, T); BLOCK],
+) {
+    let mut angles = [0.0; BLOCK];
+    for (angle, link) in angles.iter_mut().zip(links) {
+        if link.kind == Kind::Revolute {
+            *angle = q[link.q];
+        }
+    }
+    T::sin_cos_of_each(&angles[..links.len()], turns);
 }
 
 /// Rotation matrix of a quaternion in coordinates, which is of unit length only to 1e-6.

@@ -1,166 +1,161 @@
 //! The model as the sweeps read it: constants a body in working precision and the model's units.
 //!
-//! Everything that takes arithmetic (unit axes and quaternions, placements, inertias about the joint,
-//! Rodrigues' matrices) is computed in f64 at least, the reference in its own precision, and rounded
-//! once. The numbers of the model are exact, and so are its units, powers of two.
+//! Everything that takes arithmetic (unit axes and quaternions, placements, inertias about the joint)
+//! is computed in f64 at least, the reference in its own precision, and rounded once. The numbers of the model are exact, and so are its units, powers of two.
 
 use glam::DVec3;
 use vertebra_assembly::{Body, BodyId, JointKind, Model, Units};
-use vertebra_spatial::{Mat3, Pose, Real, RigidInertia, Sym3, Transform, Vec3};
+use vertebra_spatial::{Mat3, Pose, Real, RigidInertia, Sym3, Transform, Vec3, vec3};
 
 /// Constants of one body.
 ///
 /// Inside the solvers a body's frame is its **joint frame**: origin at the joint, axes those of the
-/// joint frame on the child. Placements on the child are thereby worked in once and for all.
+/// joint frame on the child, turned so that z is the axis of a revolute or prismatic joint. Placements
+/// on the child are thereby worked in once and for all, a turn is one about z, and the axis in the
+/// world is a column of the rotation.
 #[derive(Clone, Debug)]
 pub(crate) struct Link<T> {
     /// Index of the parent body.
     pub(crate) parent: Option<usize>,
     /// The joint's motion.
-    pub(crate) kind: Kind<T>,
+    pub(crate) kind: Kind,
+    /// Whether it has children other than the next body.
+    pub(crate) gathers: bool,
+    /// Whether of these children of its parent it is the last, the first on the way up.
+    pub(crate) arrives_first: bool,
     /// The joint frame on the parent, in the parent's joint frame.
     pub(crate) placement: Transform<T>,
     /// Inertia about the joint's origin in joint axes.
     pub(crate) inertia: RigidInertia<T>,
-    /// Centre of mass in the joint frame.
-    pub(crate) center: Vec3<T>,
-    /// The body's own frame seen from its joint frame.
-    pub(crate) body_frame: Transform<T>,
     /// Start of its coordinates in q.
     pub(crate) q: usize,
     /// Start of its freedoms in qd.
     pub(crate) v: usize,
 }
 
-/// A joint's motion with what it needs at hand.
-#[derive(Clone, Debug)]
-pub(crate) enum Kind<T> {
+/// A joint's motion; in joint axes those of one freedom turn about z or slide along it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
     Fixed,
-    /// The rotation to the parent is `still + cos q * swing + sin q * turn`: Rodrigues' formula
-    /// 1 + sin q a~ + (1 - cos q) a~ a~, multiplied by the placement's rotation.
-    Revolute {
-        axis: Vec3<T>,
-        still: Mat3<T>,
-        swing: Mat3<T>,
-        turn: Mat3<T>,
-    },
-    Prismatic {
-        axis: Vec3<T>,
-    },
+    Revolute,
+    Prismatic,
     Spherical,
     Free,
 }
 
-impl<T: Real> Kind<T> {
-    fn map<U: Real>(self, f: impl Fn(T) -> U) -> Kind<U> {
-        match self {
-            Self::Fixed => Kind::Fixed,
-            Self::Revolute {
-                axis,
-                still,
-                swing,
-                turn,
-            } => Kind::Revolute {
-                axis: axis.map(&f),
-                still: still.map(&f),
-                swing: swing.map(&f),
-                turn: turn.map(&f),
-            },
-            Self::Prismatic { axis } => Kind::Prismatic { axis: axis.map(f) },
-            Self::Spherical => Kind::Spherical,
-            Self::Free => Kind::Free,
-        }
-    }
-
-    pub(crate) const fn dof_count(&self) -> usize {
+impl Kind {
+    pub(crate) const fn dof_count(self) -> usize {
         match self {
             Self::Fixed => 0,
-            Self::Revolute { .. } | Self::Prismatic { .. } => 1,
+            Self::Revolute | Self::Prismatic => 1,
             Self::Spherical => 3,
             Self::Free => 6,
         }
     }
 }
 
+/// What of a body the sweeps do not need, in its joint frame.
+#[derive(Clone, Debug)]
+pub(crate) struct BodyFrame<T> {
+    /// Centre of mass.
+    pub(crate) center: Vec3<T>,
+    /// The body's own frame.
+    pub(crate) placement: Transform<T>,
+}
+
+impl<T: Real> BodyFrame<T> {
+    pub(crate) fn of_model(model: &Model) -> Vec<Self> {
+        let units = model.units();
+        let frames = model.bodies().iter();
+        frames.map(|body| Self::rounded(body, units)).collect()
+    }
+
+    pub(crate) fn rounded(body: &Body, units: &Units) -> Self {
+        let wide = BodyFrame::<T::Wide>::new(body, units);
+        Self {
+            center: wide.center.map(T::narrow),
+            placement: wide.placement.map(T::narrow),
+        }
+    }
+
+    pub(crate) fn new(body: &Body, units: &Units) -> Self {
+        let placement = joint_frame(body, units).inverse();
+        Self {
+            center: placement.point(Vec3::from_glam(body.mass.center / units.length)),
+            placement,
+        }
+    }
+}
+
 impl<T: Real> Link<T> {
     pub(crate) fn of_model(model: &Model) -> Vec<Self> {
-        model
+        let mut links: Vec<Self> = model
             .bodies()
             .iter()
             .map(|body| Link::<T::Wide>::new(body, model).map(T::narrow))
-            .collect()
+            .collect();
+        for i in (0..links.len()).rev() {
+            if let Some(parent) = links[i].parent.filter(|parent| parent + 1 != i) {
+                links[i].arrives_first = !links[parent].gathers;
+                links[parent].gathers = true;
+            }
+        }
+        links
     }
 
-    /// The same before they are rounded.
-    pub(crate) fn of_model_wide(model: &Model) -> Vec<Self> {
-        let bodies = model.bodies().iter();
-        bodies.map(|body| Self::new(body, model)).collect()
-    }
-
-    /// Takes the inertia about the centre of mass.
-    pub(crate) fn refer_to_center(&mut self, body: &Body, units: &Units) {
-        self.inertia = RigidInertia {
-            mass: self.inertia.mass,
-            moment: Vec3::ZERO,
-            rotational: central(body, units).rotated(&self.body_frame.rotation),
-        };
-    }
-
-    fn new(body: &Body, model: &Model) -> Self {
+    /// The link as if it had no children.
+    pub(crate) fn new(body: &Body, model: &Model) -> Self {
         let units = model.units();
-        let body_frame = transform(&body.joint.child_placement, units).inverse();
-        let on_parent = transform(&body.joint.parent_placement, units);
+        let on_parent =
+            transform(&body.joint.parent_placement, units) * joint_axes(body.joint.kind);
         let placement = match body.parent.and_then(|id| model.body(id)) {
-            Some(parent) => transform(&parent.joint.child_placement, units).inverse() * on_parent,
+            Some(parent) => joint_frame(parent, units).inverse() * on_parent,
             None => on_parent,
         };
-        let center = body_frame.point(Vec3::from_glam(body.mass.center / units.length));
+        let frame = BodyFrame::new(body, units);
         Self {
             parent: body.parent.map(BodyId::index),
-            kind: kind(body.joint.kind, &placement.rotation),
+            kind: match body.joint.kind {
+                JointKind::Fixed => Kind::Fixed,
+                JointKind::Revolute { .. } => Kind::Revolute,
+                JointKind::Prismatic { .. } => Kind::Prismatic,
+                JointKind::Spherical => Kind::Spherical,
+                JointKind::Free => Kind::Free,
+            },
+            gathers: false,
+            arrives_first: false,
             placement,
             inertia: RigidInertia::from_center(
                 T::from_f64(body.mass.mass / units.mass),
-                center,
-                central(body, units).rotated(&body_frame.rotation),
+                frame.center,
+                central(body, units).rotated(&frame.placement.rotation),
             ),
-            center,
-            body_frame,
             q: body.position_start,
             v: body.dof_start,
         }
     }
 
+    /// Takes the inertia about the centre of mass.
+    pub(crate) fn refer_to_center(&mut self, body: &Body, units: &Units) {
+        let axes = BodyFrame::new(body, units).placement.rotation;
+        self.inertia = RigidInertia {
+            mass: self.inertia.mass,
+            moment: Vec3::ZERO,
+            rotational: central(body, units).rotated(&axes),
+        };
+    }
+
     pub(crate) fn map<U: Real>(self, f: impl Fn(T) -> U) -> Link<U> {
         Link {
             parent: self.parent,
-            kind: self.kind.map(&f),
+            kind: self.kind,
+            gathers: self.gathers,
+            arrives_first: self.arrives_first,
             placement: self.placement.map(&f),
             inertia: self.inertia.map(&f),
-            center: self.center.map(&f),
-            body_frame: self.body_frame.map(&f),
             q: self.q,
             v: self.v,
         }
-    }
-}
-
-fn kind<T: Real>(joint: JointKind, placement: &Mat3<T>) -> Kind<T> {
-    match joint {
-        JointKind::Fixed => Kind::Fixed,
-        JointKind::Revolute { axis } => {
-            let axis = unit(axis);
-            let along = Mat3::outer(axis, axis);
-            Kind::Revolute {
-                axis,
-                still: *placement * along,
-                swing: *placement * (Mat3::IDENTITY - along),
-                turn: *placement * Mat3::cross_matrix(axis),
-            }
-        }
-        JointKind::Prismatic { axis } => Kind::Prismatic { axis: unit(axis) },
-        JointKind::Spherical => Kind::Spherical,
-        JointKind::Free => Kind::Free,
     }
 }
 
@@ -168,6 +163,33 @@ fn kind<T: Real>(joint: JointKind, placement: &Mat3<T>) -> Kind<T> {
 fn central<T: Real>(body: &Body, units: &Units) -> Sym3<T> {
     let moment_unit = units.mass * units.length * units.length;
     Sym3::from_glam(body.mass.inertia * moment_unit.recip())
+}
+
+/// A body's joint frame in its own frame.
+fn joint_frame<T: Real>(body: &Body, units: &Units) -> Transform<T> {
+    transform(&body.joint.child_placement, units) * joint_axes(body.joint.kind)
+}
+
+/// The solvers' joint axes in the model's: z along the axis of a joint that has one.
+///
+/// Duff et al., Building an Orthonormal Basis, Revisited (JCGT 6, 2017); an axis of z changes nothing.
+fn joint_axes<T: Real>(joint: JointKind) -> Transform<T> {
+    let (JointKind::Revolute { axis } | JointKind::Prismatic { axis }) = joint else {
+        return Transform::IDENTITY;
+    };
+    let z = unit(axis);
+    let sign = T::from_f64(1.0_f64.copysign(axis.z));
+    let a = -T::ONE / (sign + z.z);
+    let b = z.x * z.y * a;
+    let rotation = Mat3::from_cols(
+        vec3(T::ONE + sign * z.x * z.x * a, sign * b, -sign * z.x),
+        vec3(b, sign + z.y * z.y * a, -z.y),
+        z,
+    );
+    Transform {
+        rotation,
+        translation: Vec3::ZERO,
+    }
 }
 
 /// The model's axes are of unit length to f64's rounding.
@@ -222,7 +244,7 @@ mod tests {
     use crate::workspace::Sweeps;
     use vertebra_assembly::State;
     use vertebra_assembly::generate::{self, RandomTree};
-    use vertebra_spatial::{DoubleDouble, vec3};
+    use vertebra_spatial::DoubleDouble;
 
     /// Nothing on the way from the model to the sweeps is rounded to f64: rotations are rotations
     /// and inertias keep their traces to the last bits of the reference.

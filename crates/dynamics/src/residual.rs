@@ -90,7 +90,7 @@ fn evaluate<T: Real>(
         .collect();
     let s = &mut Sweeps::<T::Wide>::new(model);
     s.set_state(state, model.units().length, &scales.rate);
-    s.set_external(forces, model.units());
+    s.add_external(forces, model.units());
     for (u, &qdd) in s.u.iter_mut().zip(&solution.u) {
         *u = qdd.widen();
     }
@@ -149,7 +149,7 @@ fn newton_euler_rows<T: Real>(
         .collect();
     for (id, wrench) in forces.external() {
         let i = id.index();
-        let wrench = s.links[i].wrench_at_joint(s.rotation[i], wrench, model.units());
+        let wrench = s.frames[i].wrench_at_joint(s.rotation[i], wrench, model.units());
         add(&mut rows[id.index()].1, force_array(absolute_force(wrench)));
     }
     rows

@@ -32,7 +32,7 @@ pub fn rnea<'w>(
         ..
     } = workspace;
     in_precision!(arrays, s => {
-        s.set_external(forces, model.units());
+        s.add_external(forces, model.units());
         for (u, (&qdd, &scale)) in s.u.iter_mut().zip(qdd.iter().zip(&scales.acceleration)) {
             *u = Real::from_f64(qdd / scale);
         }

@@ -1,6 +1,6 @@
 //! Scratch and results of the algorithms.
 
-use crate::link::{Link, Scales};
+use crate::link::{BodyFrame, Link, Scales};
 use crate::{Error, Precision};
 use glam::{DQuat, DVec3};
 use vertebra_assembly::{BodyId, Model};
@@ -86,6 +86,8 @@ pub(crate) use in_precision;
 #[derive(Clone, Debug)]
 pub(crate) struct Sweeps<T> {
     pub(crate) links: Vec<Link<T>>,
+    /// Where the bodies' own frames and centres of mass are in their joint frames.
+    pub(crate) frames: Vec<BodyFrame<T>>,
     /// -g, the acceleration of a world that replaces gravity.
     pub(crate) base: Motion<T>,
     /// Joint axes to world axes.
@@ -112,15 +114,18 @@ pub(crate) struct Sweeps<T> {
     pub(crate) acceleration: Vec<Motion<T>>,
     /// Force that the joint transmits to the body.
     pub(crate) joint_wrench: Vec<Force<T>>,
-    /// Articulated inertia IA; the composite inertia of CRBA.
+    /// Articulated inertia IA, what the children hand on until the body's own turn comes; the
+    /// composite inertia of CRBA.
     pub(crate) articulated: Vec<ArticulatedInertia<T>>,
-    /// Bias force pA.
+    /// Bias force pA, likewise.
     pub(crate) bias: Vec<Force<T>>,
     /// Inertia [rotation, translation] of the body itself and of what arrives from its children
     /// before their joints let go: a pivot below rounding of it says nothing.
     pub(crate) carried: Vec<[T; 2]>,
     /// U = IA S, one column a degree of freedom.
     pub(crate) u_columns: Vec<Force<T>>,
+    /// Of one-dof joints: X' U, U about the parent's origin, and u - U' c.
+    pub(crate) above: Vec<(Force<T>, T)>,
     /// Joint forces given to ABA, one entry a degree of freedom.
     pub(crate) tau: Vec<T>,
     /// u = tau - S' pA, then qdd; one entry a degree of freedom.
@@ -148,6 +153,7 @@ impl<T: Real> Sweeps<T> {
         let gravity = model.gravity() / model.units().acceleration();
         Self {
             links,
+            frames: BodyFrame::of_model(model),
             base: Motion::new(Vec3::ZERO, -Vec3::from_glam(gravity)),
             rotation: vec![Mat3::IDENTITY; n],
             offset: vec![Vec3::ZERO; n],
@@ -165,6 +171,7 @@ impl<T: Real> Sweeps<T> {
             bias: vec![Force::ZERO; n],
             carried: vec![[T::ZERO; 2]; n],
             u_columns: vec![Force::ZERO; dofs],
+            above: vec![(Force::ZERO, T::ZERO); dofs],
             tau: vec![T::ZERO; dofs],
             u: vec![T::ZERO; dofs],
             d_inverse: vec![T::ZERO; n],
@@ -272,7 +279,7 @@ impl Workspace {
         let i = self.check_body(body)?;
         let length = self.model.units().length;
         let pose = in_precision!(&self.arrays, s => {
-            let rotation = (s.rotation[i] * s.links[i].body_frame.rotation).to_glam();
+            let rotation = (s.rotation[i] * s.frames[i].placement.rotation).to_glam();
             let origin = s.position[i] + s.frame_origin(i);
             Pose::new(
                 DQuat::from_mat3(&rotation).normalize(),
@@ -351,7 +358,7 @@ impl Workspace {
 impl<T: Real> Sweeps<T> {
     /// From the joint's origin to the origin of the body's own frame, world axes.
     fn frame_origin(&self, body: usize) -> Vec3<T> {
-        self.rotation[body] * self.links[body].body_frame.translation
+        self.rotation[body] * self.frames[body].placement.translation
     }
 }
 

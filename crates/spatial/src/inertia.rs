@@ -44,6 +44,17 @@ impl<T: Real> RigidInertia<T> {
         }
     }
 
+    /// The same inertia in the axes that `rotation` maps to.
+    #[inline]
+    #[must_use]
+    pub fn rotated(&self, rotation: &Mat3<T>) -> Self {
+        Self {
+            mass: self.mass,
+            moment: *rotation * self.moment,
+            rotational: self.rotational.rotated(rotation),
+        }
+    }
+
     /// Momentum of a body with velocity `v`: I v.
     #[inline]
     #[must_use]
@@ -125,6 +136,13 @@ impl<T: Real> From<RigidInertia<T>> for ArticulatedInertia<T> {
 }
 
 impl<T: Real> ArticulatedInertia<T> {
+    /// No inertia at all.
+    pub const ZERO: Self = Self {
+        angular: Sym3::ZERO,
+        coupling: Mat3::ZERO,
+        linear: Sym3::ZERO,
+    };
+
     /// The force that gives the handle the acceleration `a`: IA a.
     #[inline]
     #[must_use]

@@ -35,6 +35,7 @@ mod motion;
 mod pose;
 mod quaternion;
 mod scalar;
+mod sin_cos;
 pub mod subspace;
 mod transform;
 mod vector;

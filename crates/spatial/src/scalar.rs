@@ -64,6 +64,12 @@ pub trait Real:
     /// Sine and cosine of an angle given in f64 \[rad\], accurate in this precision: rounding a large
     /// angle first would lose the digits that matter.
     fn sin_cos_of(angle: f64) -> (Self, Self);
+    /// [`sin_cos_of`](Self::sin_cos_of) of several angles, as many as there are and there is room for.
+    fn sin_cos_of_each(angles: &[f64], results: &mut [(Self, Self)]) {
+        for (result, &angle) in results.iter_mut().zip(angles) {
+            *result = Self::sin_cos_of(angle);
+        }
+    }
     /// Four-quadrant arctangent of `self / other` \[rad\].
     fn atan2(self, other: Self) -> Self;
     /// Neither infinite nor NaN.
@@ -119,12 +125,22 @@ macro_rules! impl_real {
             }
             #[inline]
             fn sin_cos(self) -> (Self, Self) {
-                self.sin_cos()
+                Self::sin_cos_of(f64::from(self))
             }
             #[inline]
             fn sin_cos_of(angle: f64) -> (Self, Self) {
-                let (sin, cos) = angle.sin_cos();
+                let (sin, cos) = crate::sin_cos::sin_cos(angle);
                 ($round(sin), $round(cos))
+            }
+            fn sin_cos_of_each(angles: &[f64], results: &mut [(Self, Self)]) {
+                for (angles, results) in angles.chunks(8).zip(results.chunks_mut(8)) {
+                    let mut padded = [0.0; 8];
+                    padded[..angles.len()].copy_from_slice(angles);
+                    let (sines, cosines) = crate::sin_cos::sin_cos_each(&padded);
+                    for ((result, sin), cos) in results.iter_mut().zip(sines).zip(cosines) {
+                        *result = ($round(sin), $round(cos));
+                    }
+                }
             }
             #[inline]
             fn atan2(self, other: Self) -> Self {

@@ -138,7 +138,7 @@ impl<'a, T: Real> Given<'a, T> {
             *tau = T::from_f64(self.tau[link.v + k] / self.force_scales[link.v + k]);
         }
         Joint {
-            kind: &link.kind,
+            kind: link.kind,
             columns,
             tau,
             c: places.bodies[slot].bias_acceleration,
@@ -228,7 +228,7 @@ pub(super) fn assemble<T: Real, L: Real, R: Iterator<Item = Rake<T>>>(
         let to_joint = Mat6::IDENTITY.shifted_back(-placed.arm);
         leaf.body = Inverse::new(&body.inertia, &to_joint, body.bias).ok_or(last)?;
         let joint = given.joint(last);
-        leaf.seam = Seam::new(joint.columns, joint.tau.into_iter());
+        leaf.seam = Seam::new(&joint, &placed.rotation);
         let beyond = Node::leaf(&leaf.body, placed.centripetal(-placed.arm));
         (node, leaf.joined) =
             join_across(!inner, &node, &beyond, &leaf.seam, joint.c).ok_or(last)?;

@@ -45,7 +45,7 @@ impl<T: Real> Freedom<T> {
 
 /// A joint to be passed through.
 pub(super) struct Joint<'a, T> {
-    pub(super) kind: &'a Kind<T>,
+    pub(super) kind: Kind,
     /// Motion subspace S.
     pub(super) columns: &'a [Motion<T>],
     /// Joint forces.
@@ -144,7 +144,7 @@ impl<T: Real> Interior<T> {
         let floor = self.carried.map(|carried| carried * rounding);
         match joint.kind {
             Kind::Fixed => self.accelerate(joint.c),
-            Kind::Revolute { .. } => {
+            Kind::Revolute => {
                 let axis = joint.columns[0].angular;
                 let column = Force::new(self.inertia.angular * axis, self.inertia.coupling * axis);
                 let d = axis.dot(column.angular);
@@ -153,7 +153,7 @@ impl<T: Real> Interior<T> {
                 freedoms[0] = pivot(d, floor[0], column, tip, u)?;
                 self.release(&freedoms[0], joint.c);
             }
-            Kind::Prismatic { .. } => {
+            Kind::Prismatic => {
                 let axis = joint.columns[0].linear;
                 let column = Force::new(
                     self.inertia.coupling.transpose_mul(axis),

@@ -24,8 +24,10 @@
 //! and the whole has Phi11 -+ Y_A'Y_A (minus; plus for a head), Phi12 = Y_A'Y_B,
 //! Phi22 of B - Y_B'Y_B, b1 of A -+ (Y_A'y + Phi12 of A f_Q), b2 of B + Y_B'y + Phi21 of B f_Q.
 
+use super::interior::Joint;
+use crate::link::Kind;
 use vertebra_spatial::matrix6::add_scaled;
-use vertebra_spatial::{Mat6, Motion, Real, SmallCholesky, Vec3};
+use vertebra_spatial::{Mat3, Mat6, Motion, Real, SmallCholesky};
 
 /// A part as seen from its handles.
 #[derive(Clone, Copy, Debug)]
@@ -75,55 +77,32 @@ impl<T: Real> Seam<T> {
         drive: [T::ZERO; 6],
     };
 
-    /// A joint with these columns of its motion subspace, each of unit length and angular or linear,
-    /// that exerts the forces `tau` along them.
-    pub(super) fn new(columns: &[Motion<T>], tau: impl Iterator<Item = T>) -> Self {
-        let mut drive = [T::ZERO; 6];
-        for (column, tau) in columns.iter().zip(tau) {
-            add_scaled(&mut drive, &column.to_array(), tau);
-        }
-        let angular = |m: &&Motion<T>| m.angular != Vec3::ZERO;
-        let turns = columns.iter().filter(angular).count();
-        let slides = columns.len() - turns;
-        let axis = columns.first().map_or(Vec3::ZERO, |column| {
-            if turns > 0 {
-                column.angular
-            } else {
-                column.linear
-            }
-        });
+    /// A joint whose axes are the columns of `rotation`.
+    pub(super) fn new(joint: &Joint<'_, T>, rotation: &Mat3<T>) -> Self {
         let mut seam = Self {
             basis: Mat6::ZERO,
             order: 0,
-            drive,
+            drive: [T::ZERO; 6],
         };
-        seam.complete(0, turns, axis);
-        seam.complete(3, slides, axis);
-        seam
-    }
-
-    /// Adds the rows for one kind of force: all three without freedoms, two across one, none for
-    /// three.
-    fn complete(&mut self, at: usize, freedoms: usize, axis: Vec3<T>) {
-        let rows = match freedoms {
-            0 => {
-                let [x, y, z] = [0, 1, 2].map(|k| {
-                    let mut unit = [T::ZERO; 3];
-                    unit[k] = T::ONE;
-                    unit
-                });
-                [Some(x), Some(y), Some(z)]
-            }
-            1 => {
-                let (u, v) = across(axis);
-                [Some(u.to_array()), Some(v.to_array()), None]
-            }
-            _ => [None; 3],
-        };
-        for row in rows.into_iter().flatten() {
-            self.basis.0[self.order][at..at + 3].copy_from_slice(&row);
-            self.order += 1;
+        for (column, tau) in joint.columns.iter().zip(joint.tau) {
+            add_scaled(&mut seam.drive, &column.to_array(), tau);
         }
+        // Joints of one freedom have theirs along z.
+        let (moments, forces) = match joint.kind {
+            Kind::Fixed => (3, 3),
+            Kind::Revolute => (2, 3),
+            Kind::Prismatic => (3, 2),
+            Kind::Spherical => (0, 3),
+            Kind::Free => (0, 0),
+        };
+        let axes = [rotation.x_axis, rotation.y_axis, rotation.z_axis];
+        for (at, count) in [(0, moments), (3, forces)] {
+            for axis in axes.into_iter().take(count) {
+                seam.basis.0[seam.order][at..at + 3].copy_from_slice(&axis.to_array());
+                seam.order += 1;
+            }
+        }
+        seam
     }
 
     /// T'M by rows.
@@ -134,18 +113,6 @@ impl<T: Real> Seam<T> {
         }
         rows
     }
-}
-
-/// Two unit vectors that make an orthonormal basis with a unit vector: Duff et al., Building an
-/// orthonormal basis, revisited, JCGT 6(1), 2017.
-fn across<T: Real>(n: Vec3<T>) -> (Vec3<T>, Vec3<T>) {
-    let sign = if n.z < T::ZERO { -T::ONE } else { T::ONE };
-    let a = -T::ONE / (sign + n.z);
-    let b = n.x * n.y * a;
-    (
-        Vec3::from_array([T::ONE + sign * n.x * n.x * a, sign * b, -sign * n.x]),
-        Vec3::from_array([b, sign + n.y * n.y * a, -n.y]),
-    )
 }
 
 /// What a join keeps for the way down.

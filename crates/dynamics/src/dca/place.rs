@@ -10,7 +10,7 @@
 use super::plan::{ChunkPlan, Extent, Inboard, JoinPlan, Parent, Part, Plan};
 use super::split::{Divide, divide, for_each};
 use crate::Forces;
-use crate::kinematics::orientation;
+use crate::kinematics::{BLOCK, orientation, sines_and_cosines};
 use crate::link::{Kind, Link};
 use vertebra_assembly::Units;
 use vertebra_spatial::{Force, Mat3, Motion, Real, RigidInertia, Transform, Vec3, subspace, vec3};
@@ -204,7 +204,7 @@ impl<T: Real> Places<T> {
         for (id, wrench) in forces.external() {
             let slot = plan.slots[id.index()] as usize;
             let body = &mut self.bodies[slot];
-            let wrench = plan.links[slot].wrench_at_joint(body.rotation, wrench, units);
+            let wrench = plan.frames[slot].wrench_at_joint(body.rotation, wrench, units);
             body.external += wrench.shifted_back(-body.arm);
         }
     }
@@ -257,16 +257,19 @@ impl<T: Real> Divide for Locals<'_, T> {
 impl<T: Real> Locals<'_, T> {
     /// The rotations of a chunk's joints, and across all of them.
     fn turn(self, plan: &Plan<T>, chunk: usize, given: &Given<'_>) {
-        let slots = plan.slots_of(chunk);
+        let links = &plan.links[plan.slots_of(chunk)];
         let mut across = Turn::NONE;
-        for (body, link) in self.bodies.iter_mut().zip(&plan.links[slots]) {
-            let local = link.local(given);
-            (body.rotation, body.offset) = (local.rotation, local.translation);
-            let next = Turn {
-                rotation: local.rotation,
-                spin: local.rotation * link.turning(given),
-            };
-            across = across.then(&next);
+        let mut turns = [(T::ZERO, T::ZERO); BLOCK];
+        for (bodies, links) in self.bodies.chunks_mut(BLOCK).zip(links.chunks(BLOCK)) {
+            sines_and_cosines(links, given.q, &mut turns);
+            for ((body, link), &turn) in bodies.iter_mut().zip(links).zip(&turns) {
+                let local = link.local(given, turn);
+                (body.rotation, body.offset) = (local.rotation, local.translation);
+                across = across.then(&Turn {
+                    rotation: local.rotation,
+                    spin: local.rotation * link.turning(given),
+                });
+            }
         }
         if let Some(turn) = self.turns.first_mut() {
             *turn = across;
@@ -313,17 +316,13 @@ impl<T: Real> Globals<'_, T> {
             let (joint_velocity, turning_rates) = link.span(&rotation, given, own);
             let wj = w.cross(joint_velocity.linear);
             let spin = w + joint_velocity.angular;
-            let inertia = RigidInertia {
-                mass: link.inertia.mass,
-                moment: rotation * link.inertia.moment,
-                rotational: link.inertia.rotational.rotated(&rotation),
-            };
+            let inertia = link.inertia.rotated(&rotation);
             *body = Placed {
                 rotation,
                 spin,
                 offset,
                 arm: if plan.at_center[slot] {
-                    rotation * link.center
+                    rotation * plan.frames[slot].center
                 } else {
                     Vec3::ZERO
                 },
@@ -340,45 +339,33 @@ impl<T: Real> Globals<'_, T> {
 }
 
 impl<T: Real> Link<T> {
-    /// The joint frame in that of the body before.
-    fn local(&self, given: &Given<'_>) -> Transform<T> {
-        let Transform {
-            rotation: placement,
-            translation,
-        } = self.placement;
+    /// The joint frame in that of the body before; `turn` is sine and cosine of a revolute joint.
+    fn local(&self, given: &Given<'_>, turn: (T, T)) -> Transform<T> {
+        let mut local = self.placement;
         let q = &given.q[self.q..];
         let length = |x: f64| T::from_f64(x / given.length);
-        match &self.kind {
-            Kind::Fixed => self.placement,
-            Kind::Revolute {
-                still, swing, turn, ..
-            } => {
-                let (sin, cos) = T::sin_cos_of(q[0]);
-                Transform {
-                    rotation: *still + *swing * cos + *turn * sin,
-                    translation,
-                }
+        match self.kind {
+            Kind::Fixed => {}
+            Kind::Revolute => {
+                let ((sin, cos), Mat3 { x_axis, y_axis, .. }) = (turn, local.rotation);
+                local.rotation.x_axis = x_axis * cos + y_axis * sin;
+                local.rotation.y_axis = y_axis * cos - x_axis * sin;
             }
-            Kind::Prismatic { axis } => Transform {
-                rotation: placement,
-                translation: translation + placement * *axis * length(q[0]),
-            },
-            Kind::Spherical => Transform {
-                rotation: placement * orientation(q),
-                translation,
-            },
-            Kind::Free => Transform {
-                rotation: placement * orientation(&q[3..]),
-                translation: self.placement.point(vec3(q[0], q[1], q[2]).map(length)),
-            },
+            Kind::Prismatic => local.translation += local.rotation.z_axis * length(q[0]),
+            Kind::Spherical => local.rotation = local.rotation * orientation(q),
+            Kind::Free => {
+                local.translation = local.point(vec3(q[0], q[1], q[2]).map(length));
+                local.rotation = local.rotation * orientation(&q[3..]);
+            }
         }
+        local
     }
 
     /// Angular velocity across the joint, in joint axes.
     fn turning(&self, given: &Given<'_>) -> Vec3<T> {
-        match &self.kind {
-            Kind::Fixed | Kind::Prismatic { .. } => Vec3::ZERO,
-            Kind::Revolute { axis, .. } => *axis * given.rate(self.v),
+        match self.kind {
+            Kind::Fixed | Kind::Prismatic => Vec3::ZERO,
+            Kind::Revolute => vec3(T::ZERO, T::ZERO, given.rate(self.v)),
             Kind::Spherical | Kind::Free => given.rates(self.v),
         }
     }
@@ -391,14 +378,14 @@ impl<T: Real> Link<T> {
         given: &Given<'_>,
         columns: &mut [Motion<T>],
     ) -> (Motion<T>, Vec3<T>) {
-        match &self.kind {
+        match self.kind {
             Kind::Fixed => (Motion::ZERO, Vec3::ZERO),
-            Kind::Revolute { axis, .. } => {
-                columns.copy_from_slice(&subspace::revolute(*rotation * *axis));
+            Kind::Revolute => {
+                columns.copy_from_slice(&subspace::revolute(rotation.z_axis));
                 (columns[0] * given.rate(self.v), Vec3::ZERO)
             }
-            Kind::Prismatic { axis } => {
-                columns.copy_from_slice(&subspace::prismatic(*rotation * *axis));
+            Kind::Prismatic => {
+                columns.copy_from_slice(&subspace::prismatic(rotation.z_axis));
                 (columns[0] * given.rate(self.v), Vec3::ZERO)
             }
             Kind::Spherical => {

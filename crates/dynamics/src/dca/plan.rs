@@ -5,7 +5,7 @@
 //! **handle point**: its joint's origin, or its centre of mass where it is cut or a leaf. The
 //! constants of the joints beyond are shifted accordingly once and for all.
 
-use crate::link::Link;
+use crate::link::{BodyFrame, Link};
 use vertebra_assembly::schedule::{Chunk, Node, NodeId, Schedule};
 use vertebra_assembly::{Body, Model};
 use vertebra_spatial::{Real, SmallCholesky, Sym3};
@@ -154,6 +154,7 @@ pub(super) struct Plan<T> {
     pub(super) bodies: Vec<u32>,
     pub(super) slots: Vec<u32>,
     pub(super) links: Vec<Link<T>>,
+    pub(super) frames: Vec<BodyFrame<T>>,
     /// Whether a slot's handle point is its centre of mass.
     pub(super) at_center: Vec<bool>,
     /// Start of each slot's freedoms, one entry more than slots.
@@ -204,6 +205,7 @@ impl<T: Real> Plan<T> {
             bodies,
             slots,
             links: Vec::new(),
+            frames: Vec::new(),
             at_center: vec![false; order.len()],
             dofs: vec![0],
             chunks: Vec::new(),
@@ -357,26 +359,24 @@ impl<T: Real> Plan<T> {
     /// Takes the constants of the bodies, each about its handle point, each joint from the handle
     /// point it hangs from.
     fn place_links(&mut self, model: &Model) {
-        let mut by_body = Link::<T::Wide>::of_model_wide(model);
-        for index in 0..by_body.len() {
-            if let Some(parent) = by_body[index].parent
+        let units = model.units();
+        let link = |(&body, &at_center): (&u32, &bool)| {
+            let body = &model.bodies()[body as usize];
+            let mut link = Link::<T::Wide>::new(body, model);
+            if let Some(parent) = link.parent
                 && self.at_center[self.slots[parent] as usize]
             {
-                let center = by_body[parent].center;
-                by_body[index].placement.translation -= center;
+                let parent = BodyFrame::<T::Wide>::new(&model.bodies()[parent], units);
+                link.placement.translation -= parent.center;
             }
-        }
-        for (link, (body, &slot)) in by_body
-            .iter_mut()
-            .zip(model.bodies().iter().zip(&self.slots))
-        {
-            if self.at_center[slot as usize] {
-                link.refer_to_center(body, model.units());
+            if at_center {
+                link.refer_to_center(body, units);
             }
-        }
-        self.links = (self.bodies.iter())
-            .map(|&body| by_body[body as usize].clone().map(T::narrow))
-            .collect();
+            link.map(T::narrow)
+        };
+        self.links = self.bodies.iter().zip(&self.at_center).map(link).collect();
+        let frame = |&body: &u32| BodyFrame::rounded(&model.bodies()[body as usize], units);
+        self.frames = self.bodies.iter().map(frame).collect();
         let mut dof = 0;
         for link in &self.links {
             dof += u32::try_from(link.kind.dof_count()).unwrap_or(0);
