@@ -1,8 +1,9 @@
 //! The solvers of forward dynamics, behind one door.
 
+use vertebra::schedule::ScheduleOptions;
 use vertebra::{
-    Error, Forces, Model, Precision, Residual, State, Workspace, aba, crba_forward_dynamics,
-    joint_wrenches, residual,
+    DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Residual, State, Workspace, aba,
+    crba_forward_dynamics, dca, joint_wrenches, residual,
 };
 
 /// A way to compute forward dynamics.
@@ -54,6 +55,17 @@ pub fn all() -> Vec<Box<dyn Solver>> {
         Box::new(Aba(Precision::F64)),
         Box::new(Aba(Precision::F32)),
         Box::new(Aba(Precision::Reference)),
+        Box::new(Dca::new("dca", Precision::F64, Precision::F64, 8)),
+        Box::new(Dca::new("dca f32 tree", Precision::F64, Precision::F32, 8)),
+        Box::new(Dca::new("dca", Precision::F32, Precision::F32, 8)),
+        Box::new(Dca::new(
+            "dca",
+            Precision::Reference,
+            Precision::Reference,
+            8,
+        )),
+        // The classic tree, joint by joint.
+        Box::new(Dca::new("dca window 1", Precision::F64, Precision::F64, 1)),
         Box::new(Crba),
     ]
 }
@@ -87,6 +99,58 @@ impl Solver for Aba {
         let mut workspace = Workspace::new(model, self.0);
         aba(model, state, forces, &mut workspace)?;
         joint_wrenches(&mut workspace)?;
+        residual(model, state, forces, &workspace).map(Some)
+    }
+}
+
+/// Divide and conquer over the assembly tree on the CPU.
+pub struct Dca {
+    name: &'static str,
+    options: DcaOptions,
+}
+
+impl Dca {
+    /// With the precisions of chunks and tree and a window of the schedule.
+    #[must_use]
+    pub fn new(name: &'static str, chunks: Precision, tree: Precision, window: usize) -> Self {
+        Self {
+            name,
+            options: DcaOptions {
+                chunks,
+                tree,
+                schedule: ScheduleOptions::with_window(window),
+                ..DcaOptions::default()
+            },
+        }
+    }
+}
+
+impl Solver for Dca {
+    fn method(&self) -> &'static str {
+        self.name
+    }
+
+    fn precision(&self) -> Precision {
+        self.options.tree
+    }
+
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
+        let mut workspace = DcaWorkspace::new(model, &self.options)?;
+        let solve = |(state, forces): &(State, Forces)| {
+            dca(model, state, forces, &mut workspace).map(<[f64]>::to_vec)
+        };
+        inputs.iter().map(solve).collect()
+    }
+
+    fn residual(
+        &self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<Option<Residual>, Error> {
+        let mut workspace = DcaWorkspace::new(model, &self.options)?;
+        dca(model, state, forces, &mut workspace)?;
+        workspace.compute_joint_wrenches(forces)?;
         residual(model, state, forces, &workspace).map(Some)
     }
 }

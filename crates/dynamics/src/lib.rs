@@ -52,7 +52,7 @@ pub use forward_error::forward_error;
 pub use integrate::Integrator;
 pub use kinematics::{body_poses, forward_kinematics};
 pub use precision::Precision;
-pub use residual::{Residual, residual};
+pub use residual::{Residual, Solved, residual};
 pub use rnea::rnea;
 pub use simulation::Simulation;
 pub use workspace::{BodyForce, BodyMotion, Workspace};

@@ -46,10 +46,26 @@ impl Residual {
     }
 }
 
-/// Residual of the bodies' own equations of what [`aba`](crate::aba) and
-/// [`joint_wrenches`](crate::joint_wrenches) left in `workspace` for this state and these forces.
+/// What a solver has found, so that its [`residual`] can be taken: implemented by [`Workspace`] and
+/// [`DcaWorkspace`](crate::DcaWorkspace).
+pub trait Solved: sealed::Sealed {
+    /// Evaluates the equations for this solution; [`residual`] is the function to call.
+    ///
+    /// # Errors
+    /// [`Error`] if an input does not fit the model or the solution has not been computed.
+    fn residual(&self, model: &Model, state: &State, forces: &Forces) -> Result<Residual, Error>;
+}
+
+pub(crate) mod sealed {
+    pub trait Sealed {}
+}
+
+/// Residual of the bodies' own equations of what a solver, [`aba`](crate::aba) or
+/// [`dca`](crate::dca), and the joint forces computed after it ([`joint_wrenches`](crate::joint_wrenches),
+/// [`DcaWorkspace::compute_joint_wrenches`](crate::DcaWorkspace::compute_joint_wrenches)) left in
+/// `solved` for this state and these forces.
 ///
-/// Evaluated in f64, or in the reference precision if that is the workspace's, on the solution before
+/// Evaluated in f64, or in the reference precision if that is the solver's, on the solution before
 /// it is rounded to f64. Takes memory of its own, so it is a measurement and not part of a step.
 ///
 /// # Errors
@@ -58,45 +74,65 @@ pub fn residual(
     model: &Model,
     state: &State,
     forces: &Forces,
-    workspace: &Workspace,
+    solved: &impl Solved,
 ) -> Result<Residual, Error> {
-    workspace.check_model(model)?;
     state.check(model)?;
     forces.check(model)?;
-    workspace.joint_accelerations()?;
-    workspace.joint_wrench(model.last_body())?;
-    let scales = &workspace.scales;
-    Ok(in_precision!(&workspace.arrays, solution => {
-        evaluate(solution, model, state, forces, scales)
-    }))
+    solved.residual(model, state, forces)
+}
+
+impl sealed::Sealed for Workspace {}
+
+impl Solved for Workspace {
+    fn residual(&self, model: &Model, state: &State, forces: &Forces) -> Result<Residual, Error> {
+        self.check_model(model)?;
+        self.joint_accelerations()?;
+        self.joint_wrench(model.last_body())?;
+        Ok(in_precision!(&self.arrays, s => {
+            let solution = Solution {
+                a: s.acceleration.iter().map(|a| a.map(Real::widen)).collect(),
+                f: s.joint_wrench.iter().map(|f| f.map(Real::widen)).collect(),
+                qdd: s.u.iter().map(|qdd| qdd.widen()).collect(),
+            };
+            solution.residual(model, state, forces, &self.scales)
+        }))
+    }
+}
+
+/// Accelerations, gravity taken off, and transmitted forces of the bodies about their joints'
+/// origins, and the joint accelerations.
+pub(crate) struct Solution<T> {
+    pub(crate) a: Vec<Motion<T>>,
+    pub(crate) f: Vec<Force<T>>,
+    pub(crate) qdd: Vec<T>,
+}
+
+impl<T: Real> Solution<T> {
+    pub(crate) fn residual(
+        &self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+        scales: &Scales,
+    ) -> Residual {
+        let mut s = Sweeps::<T>::new(model);
+        s.set_state(state, model.units().length, &scales.rate);
+        s.add_external(forces, model.units());
+        s.u.copy_from_slice(&self.qdd);
+        evaluate(&s, model, forces, scales, &self.a, &self.f)
+    }
 }
 
 fn evaluate<T: Real>(
-    solution: &Sweeps<T>,
+    s: &Sweeps<T>,
     model: &Model,
-    state: &State,
     forces: &Forces,
     scales: &Scales,
+    a: &[Motion<T>],
+    f: &[Force<T>],
 ) -> Residual {
-    let a: Vec<_> = solution
-        .acceleration
-        .iter()
-        .map(|a| a.map(T::widen))
-        .collect();
-    let f: Vec<_> = solution
-        .joint_wrench
-        .iter()
-        .map(|f| f.map(T::widen))
-        .collect();
-    let s = &mut Sweeps::<T::Wide>::new(model);
-    s.set_state(state, model.units().length, &scales.rate);
-    s.add_external(forces, model.units());
-    for (u, &qdd) in s.u.iter_mut().zip(&solution.u) {
-        *u = qdd.widen();
-    }
-
     let mut worst = Residual::default();
-    let mut balance = newton_euler_rows(s, forces, model, &a, &f);
+    let mut balance = newton_euler_rows(s, forces, model, a, f);
     for i in (0..s.links.len()).rev() {
         let (row, scale) = balance[i];
         worst.newton_euler = worst_of(worst.newton_euler, largest(row, scale));
@@ -109,13 +145,13 @@ fn evaluate<T: Real>(
         }
     }
     for i in 0..s.links.len() {
-        let (row, scale) = acceleration_rows(s, i, &a);
+        let (row, scale) = acceleration_rows(s, i, a);
         worst.acceleration = worst_of(worst.acceleration, largest(row, scale));
         worst.by_body = worst_of(worst.by_body, largest(row, [greatest(scale); 6]));
         let shared = greatest(balance[i].1);
         for dof in s.dofs(i) {
             let column = s.subspace[dof];
-            let tau = T::Wide::from_f64(forces.joint[dof] / scales.force[dof]);
+            let tau = T::from_f64(forces.joint[dof] / scales.force[dof]);
             let row = column.dot(f[i]) - tau;
             let scale = absolute(column).dot(absolute_force(f[i])) + tau.abs();
             worst.joint_force = worst_of(worst.joint_force, ratio(row, scale));

@@ -3,7 +3,7 @@
 use crate::link::{BodyFrame, Link, Scales};
 use crate::{Error, Precision};
 use glam::{DQuat, DVec3};
-use vertebra_assembly::{BodyId, Model};
+use vertebra_assembly::{BodyId, Model, Units};
 use vertebra_spatial::{
     ArticulatedInertia, DoubleDouble, Force, Mat3, Motion, Pose, Real, RigidInertia, SmallCholesky,
     Vec3,
@@ -50,6 +50,17 @@ pub struct BodyForce {
     pub moment: DVec3,
     /// Force \[N\].
     pub force: DVec3,
+}
+
+impl BodyForce {
+    /// From the model's units, if the result is finite.
+    pub(crate) fn in_si(force: Force<f64>, units: &Units) -> Option<Self> {
+        let wrench = Self {
+            moment: force.angular.to_glam() * units.energy(),
+            force: force.linear.to_glam() * units.force(),
+        };
+        (wrench.moment.is_finite() && wrench.force.is_finite()).then_some(wrench)
+    }
 }
 
 /// Which results are those of the last state given.
@@ -221,13 +232,7 @@ impl Workspace {
 
     /// Refuses a workspace made for another model.
     pub(crate) fn check_model(&self, model: &Model) -> Result<(), Error> {
-        if self.model.is_same(model) {
-            return Ok(());
-        }
-        Err(Error::WrongWorkspace {
-            workspace: self.model.name().to_owned(),
-            model: model.name().to_owned(),
-        })
+        same_model(&self.model, model)
     }
 
     pub(crate) fn require_state(&self) -> Result<(), Error> {
@@ -345,13 +350,9 @@ impl Workspace {
         let i = self.check_body(body)?;
         let units = self.model.units();
         let force = in_precision!(&self.arrays, s => s.joint_wrench[i].map(Real::to_f64));
-        let wrench = BodyForce {
-            moment: force.angular.to_glam() * units.energy(),
-            force: force.linear.to_glam() * units.force(),
-        };
-        let finite = wrench.moment.is_finite() && wrench.force.is_finite();
-        self.refuse_overflow("joint force", (!finite).then_some(i))?;
-        Ok(wrench)
+        let wrench = BodyForce::in_si(force, units);
+        self.refuse_overflow("joint force", wrench.is_none().then_some(i))?;
+        Ok(wrench.unwrap_or_default())
     }
 }
 
@@ -362,7 +363,22 @@ impl<T: Real> Sweeps<T> {
     }
 }
 
-fn require(computed: bool, what: &'static str, remedy: &'static str) -> Result<(), Error> {
+/// Refuses a workspace made for another model.
+pub(crate) fn same_model(workspace: &Model, model: &Model) -> Result<(), Error> {
+    if workspace.is_same(model) {
+        return Ok(());
+    }
+    Err(Error::WrongWorkspace {
+        workspace: workspace.name().to_owned(),
+        model: model.name().to_owned(),
+    })
+}
+
+pub(crate) fn require(
+    computed: bool,
+    what: &'static str,
+    remedy: &'static str,
+) -> Result<(), Error> {
     if computed {
         return Ok(());
     }

@@ -13,16 +13,17 @@ pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
     self as assembly, Body, BodyDescription, BodyId, Frame, FrameDescription, Joint, JointKind,
     JointLimits, MassProperties, Mimic, Model, ModelDescription, ModelError, NotSimulated, Random,
-    State, Units, generate,
+    State, Units, generate, schedule,
 };
 pub use vertebra_collision::{
     self as collision, Collider, Culling, MeshError, Method, PairClass, PlyPart, Query, QueryError,
     RelativePose, TriangleMesh, write_ply,
 };
 pub use vertebra_dynamics::{
-    self as dynamics, BodyForce, BodyMotion, Error, Forces, Integrator, Mechanics, Precision,
-    Residual, Simulation, Workspace, Wrench, aba, body_poses, crba, crba_forward_dynamics,
-    forward_error, forward_kinematics, joint_wrenches, mechanics, residual, rnea,
+    self as dynamics, BodyForce, BodyMotion, DcaOptions, DcaWorkspace, Error, Forces, Integrator,
+    Mechanics, Precision, Residual, Simulation, Solved, Workspace, Wrench, aba, body_poses, crba,
+    crba_forward_dynamics, dca, forward_error, forward_kinematics, joint_wrenches, mechanics,
+    residual, rnea,
 };
 pub use vertebra_spatial::{self as spatial, Pose};
 

@@ -16,14 +16,16 @@ mod join;
 mod place;
 mod plan;
 mod rake;
+mod solution;
 mod split;
 mod tree;
 
 use crate::link::Scales;
-use crate::{Error, Forces, Precision, finite_results};
+use crate::workspace::{require, same_model};
+use crate::{BodyForce, Error, Forces, Precision, Residual, Solved, finite_results};
 use tree::{Failure, Tree};
 use vertebra_assembly::schedule::{Schedule, ScheduleOptions};
-use vertebra_assembly::{Model, State};
+use vertebra_assembly::{BodyId, Model, State};
 use vertebra_spatial::{DoubleDouble, Real};
 
 /// How an assembly tree is worked through.
@@ -61,6 +63,7 @@ pub struct DcaWorkspace {
     trees: Trees,
     qdd: Vec<f64>,
     computed: bool,
+    wrenches_computed: bool,
     time: f64,
 }
 
@@ -118,6 +121,7 @@ impl DcaWorkspace {
             trees,
             qdd: vec![0.0; model.dof_count()],
             computed: false,
+            wrenches_computed: false,
             time: 0.0,
             options: *options,
             model: model.clone(),
@@ -141,13 +145,64 @@ impl DcaWorkspace {
     /// # Errors
     /// [`Error::NotComputed`].
     pub fn joint_accelerations(&self) -> Result<&[f64], Error> {
-        if self.computed {
-            return Ok(&self.qdd);
-        }
-        Err(Error::NotComputed {
-            what: "accelerations",
-            remedy: "dca",
+        require(self.computed, "accelerations", "dca")?;
+        Ok(&self.qdd)
+    }
+
+    /// Computes the forces that the joints transmit, from the accelerations of the last [`dca`] with
+    /// these forces; [`joint_wrench`](Self::joint_wrench) reads them.
+    ///
+    /// # Errors
+    /// [`Error::NotComputed`], [`Error`] if the forces do not fit the model.
+    pub fn compute_joint_wrenches(&mut self, forces: &Forces) -> Result<(), Error> {
+        require(self.computed, "accelerations", "dca")?;
+        forces.check(&self.model)?;
+        in_tree!(&mut self.trees, tree => tree.transmit(forces, &self.scales));
+        self.wrenches_computed = true;
+        Ok(())
+    }
+
+    /// Force that a body's joint transmits to it, constraint and joint force together, in world
+    /// axes about the joint's origin: moment [N m], force \[N\].
+    ///
+    /// # Errors
+    /// [`Error::NotComputed`], [`Error::UnknownBody`], [`Error::Overflow`].
+    pub fn joint_wrench(&self, body: BodyId) -> Result<BodyForce, Error> {
+        let what = ("joint wrenches", "compute_joint_wrenches");
+        require(self.wrenches_computed, what.0, what.1)?;
+        let name = self.known(body)?;
+        let force = in_tree!(&self.trees, tree => tree.wrench(body.index()).map(Real::to_f64));
+        BodyForce::in_si(force, self.model.units()).ok_or_else(|| Error::Overflow {
+            quantity: "joint force",
+            body: name.to_owned(),
+            time: self.time,
         })
+    }
+
+    fn check_model(&self, model: &Model) -> Result<(), Error> {
+        same_model(&self.model, model)
+    }
+
+    /// The name of a body of the model.
+    fn known(&self, body: BodyId) -> Result<&str, Error> {
+        let known = self.model.body(body).ok_or_else(|| Error::UnknownBody {
+            model: self.model.name().to_owned(),
+            body: body.index(),
+        })?;
+        Ok(&known.name)
+    }
+}
+
+impl crate::residual::sealed::Sealed for DcaWorkspace {}
+
+impl Solved for DcaWorkspace {
+    fn residual(&self, model: &Model, state: &State, forces: &Forces) -> Result<Residual, Error> {
+        self.check_model(model)?;
+        self.joint_accelerations()?;
+        self.joint_wrench(model.last_body())?;
+        Ok(in_tree!(&self.trees, tree => {
+            tree.solution().residual(model, state, forces, &self.scales)
+        }))
     }
 }
 
@@ -178,14 +233,10 @@ pub fn dca<'w>(
     workspace: &'w mut DcaWorkspace,
 ) -> Result<&'w [f64], Error> {
     forces.check(model)?;
-    if !workspace.model.is_same(model) {
-        return Err(Error::WrongWorkspace {
-            workspace: workspace.model.name().to_owned(),
-            model: model.name().to_owned(),
-        });
-    }
+    workspace.check_model(model)?;
     state.check(model)?;
     workspace.computed = false;
+    workspace.wrenches_computed = false;
     workspace.time = state.time;
     let DcaWorkspace {
         trees,

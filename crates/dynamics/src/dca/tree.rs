@@ -12,7 +12,7 @@ use crate::Forces;
 use crate::link::Scales;
 use vertebra_assembly::schedule::Schedule;
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{Motion, Real};
+use vertebra_spatial::{Force, Motion, Real, Vec3};
 
 /// A join's response, what it keeps, and what acts on it.
 #[derive(Clone, Copy, Debug)]
@@ -36,8 +36,10 @@ pub(super) struct Tree<T, L> {
     /// Accelerations of the handle points, by slots.
     pub(super) accelerations: Vec<Motion<T>>,
     pub(super) freedoms: Vec<Freedom<T>>,
+    /// Forces that the joints transmit, about the joints' origins.
+    pub(super) wrenches: Vec<Force<T>>,
     inner: Vec<Inverse<T>>,
-    pub(super) leaves: Vec<Leaf<T>>,
+    leaves: Vec<Leaf<T>>,
     nodes: Vec<Node<L>>,
     rakes: Vec<Rake<T>>,
     sums: Vec<Rake<T>>,
@@ -76,12 +78,10 @@ impl<T: Real, L: Real> Tree<T, L> {
         let gravity = model.gravity() / model.units().acceleration();
         Self {
             places: Places::new(&plan),
-            base: Motion::new(
-                vertebra_spatial::Vec3::ZERO,
-                -vertebra_spatial::Vec3::from_glam(gravity),
-            ),
+            base: Motion::new(Vec3::ZERO, -Vec3::from_glam(gravity)),
             accelerations: vec![Motion::ZERO; slot],
             freedoms: vec![Freedom::NONE; dof],
+            wrenches: vec![Force::ZERO; slot],
             inner: vec![Inverse::NONE; inner],
             leaves: vec![Leaf::NONE; leaf],
             nodes: vec![Node::ZERO; node],
@@ -268,6 +268,17 @@ impl<T: Real, L: Real> Tree<T, L> {
             chunk::solve(&given, index, own, &ends)
         })
         .map_err(|slot| Failure::Overflow(plan.bodies[slot] as usize))
+    }
+}
+
+impl<T: Real, L: Real> Tree<T, L> {
+    /// The force on a chunk's tip, about its last body's handle point.
+    pub(super) fn tip_force(&self, chunk: usize) -> Force<T> {
+        let Some(parent) = self.plan.chunks[chunk].parent else {
+            return Force::ZERO;
+        };
+        let (_, f2) = self.joins[parent.join].handed(parent.outboard);
+        Force::from_array(f2.map(L::cast))
     }
 }
 
