@@ -1,6 +1,5 @@
 //! The solvers of forward dynamics, behind one door.
 
-use vertebra::schedule::ScheduleOptions;
 use vertebra::{
     DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Residual, State, Workspace, aba,
     crba_forward_dynamics, dca, joint_wrenches, residual,
@@ -55,17 +54,15 @@ pub fn all() -> Vec<Box<dyn Solver>> {
         Box::new(Aba(Precision::F64)),
         Box::new(Aba(Precision::F32)),
         Box::new(Aba(Precision::Reference)),
-        Box::new(Dca::new("dca", Precision::F64, Precision::F64, 8)),
-        Box::new(Dca::new("dca f32 tree", Precision::F64, Precision::F32, 8)),
-        Box::new(Dca::new("dca", Precision::F32, Precision::F32, 8)),
+        Box::new(Dca::new("dca", Precision::F64, Precision::F64)),
+        Box::new(Dca::new("dca f32 tree", Precision::F64, Precision::F32)),
+        Box::new(Dca::new("dca", Precision::F32, Precision::F32)),
         Box::new(Dca::new(
             "dca",
             Precision::Reference,
             Precision::Reference,
             8,
         )),
-        // The classic tree, joint by joint.
-        Box::new(Dca::new("dca window 1", Precision::F64, Precision::F64, 1)),
         Box::new(Crba),
     ]
 }
@@ -110,15 +107,14 @@ pub struct Dca {
 }
 
 impl Dca {
-    /// With the precisions of chunks and tree and a window of the schedule.
+    /// With the precisions of chunks and tree.
     #[must_use]
-    pub fn new(name: &'static str, chunks: Precision, tree: Precision, window: usize) -> Self {
+    pub fn new(name: &'static str, chunks: Precision, tree: Precision) -> Self {
         Self {
             name,
             options: DcaOptions {
                 chunks,
                 tree,
-                schedule: ScheduleOptions::with_window(window),
                 ..DcaOptions::default()
             },
         }

@@ -79,7 +79,7 @@ impl<T: Real> Leaf<T> {
 
 /// A chunk's own share of what is computed.
 pub(super) struct Own<'a, T, L> {
-    /// Accelerations of the bodies' handle points.
+    /// Accelerations of the bodies' joints' origins.
     pub(super) accelerations: &'a mut [Motion<T>],
     pub(super) freedoms: &'a mut [Freedom<T>],
     /// Inboard halves of cut bodies.
@@ -318,14 +318,9 @@ pub(super) fn solve<T: Real, L: Real>(
                     let along = Force::new(column.angular, column.linear);
                     freedom.acceleration = (across - a).dot(along);
                 }
-                a = center;
+                a = across;
             }
-            _ => {
-                respond(columns, freedoms, &tip, &mut a);
-                if plan.at_center[slot] {
-                    a = a.shifted(placed.arm) + placed.centripetal(placed.arm);
-                }
-            }
+            _ => respond(columns, freedoms, &tip, &mut a),
         }
         own.accelerations[slot - first] = a;
     }

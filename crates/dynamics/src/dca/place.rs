@@ -62,6 +62,11 @@ impl<T: Real> Placed<T> {
     pub(super) fn centripetal(&self, r: Vec3<T>) -> Motion<T> {
         Motion::new(Vec3::ZERO, self.spin.cross(self.spin.cross(r)))
     }
+
+    /// The acceleration of the handle point, given that of the joint's origin.
+    pub(super) fn handle_acceleration(&self, origin: Motion<T>) -> Motion<T> {
+        origin.shifted(self.arm) + self.centripetal(self.arm)
+    }
 }
 
 /// The kinematics of all bodies.

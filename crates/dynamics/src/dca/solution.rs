@@ -11,14 +11,7 @@ use vertebra_spatial::{Force, Motion, Real};
 impl<T: Real, L: Real> Tree<T, L> {
     /// Acceleration of a body's joint's origin, gravity taken off.
     pub(super) fn acceleration(&self, body: usize) -> Motion<T> {
-        let slot = self.plan.slots[body] as usize;
-        let placed = &self.places.bodies[slot];
-        let a = self.accelerations[slot];
-        if self.plan.at_center[slot] {
-            a.shifted(-placed.arm) + placed.centripetal(-placed.arm)
-        } else {
-            a
-        }
+        self.accelerations[self.plan.slots[body] as usize]
     }
 
     /// Force that a body's joint transmits to it, about the joint's origin.
@@ -36,8 +29,8 @@ impl<T: Real, L: Real> Tree<T, L> {
             let last = slots.end - 1;
             for slot in slots.rev() {
                 let placed = &self.places.bodies[slot];
-                let own = placed.inertia.mul(self.accelerations[slot]) - placed.external;
-                let mut f = own;
+                let a = placed.handle_acceleration(self.accelerations[slot]);
+                let mut f = placed.inertia.mul(a) - placed.external;
                 for raked in self.plan.rakes[slot].into_iter().flatten() {
                     f += self.taken(raked);
                 }

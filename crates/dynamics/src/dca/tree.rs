@@ -33,7 +33,7 @@ pub(super) struct Tree<T, L> {
     pub(super) places: Places<T>,
     /// -g, the acceleration of a world that replaces gravity.
     pub(super) base: Motion<T>,
-    /// Accelerations of the handle points, by slots.
+    /// Accelerations of the joints' origins, by slots.
     pub(super) accelerations: Vec<Motion<T>>,
     pub(super) freedoms: Vec<Freedom<T>>,
     /// Forces that the joints transmit, about the joints' origins.
@@ -302,7 +302,10 @@ fn hanging<T: Real>(
     base: Motion<T>,
 ) -> Motion<T> {
     match head.carrier {
-        Some(carrier) => accelerations[carrier - first].shifted(places.bodies[head.slot].offset),
+        Some(carrier) => {
+            let handle = places.bodies[carrier].handle_acceleration(accelerations[carrier - first]);
+            handle.shifted(places.bodies[head.slot].offset)
+        }
         None => base,
     }
 }
