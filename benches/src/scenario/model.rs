@@ -234,7 +234,7 @@ impl Subject {
         state: &State,
         forces: &Forces,
     ) -> Result<Simulation, vertebra::Error> {
-        let mut simulation = Simulation::new(self.model.clone())?.with_precision(precision);
+        let mut simulation = Simulation::new(self.model.clone())?.with_precision(precision)?;
         simulation.set_state(state.clone())?;
         *simulation.forces_mut() = forces.clone();
         Ok(simulation)

@@ -1,6 +1,6 @@
 //! Integrators. Quaternions move along the rotation group, never off it.
 
-use crate::{Error, Forces, Workspace, aba};
+use crate::{Error, Forces, Solver};
 use vertebra_assembly::{JointKind, Model, State};
 use vertebra_spatial::{Quat, Vec3, rotation_vector_rate, vec3};
 
@@ -55,13 +55,13 @@ impl Step<'_> {
     pub(crate) fn take(
         &self,
         integrator: Integrator,
-        workspace: &mut Workspace,
+        solver: &mut Solver,
         stages: &mut Stages,
         next: &mut State,
     ) -> Result<(), Error> {
         match integrator {
-            Integrator::SemiImplicitEuler => self.euler(workspace, stages, next),
-            Integrator::RungeKutta4 => self.runge_kutta(workspace, stages, next),
+            Integrator::SemiImplicitEuler => self.euler(solver, stages, next),
+            Integrator::RungeKutta4 => self.runge_kutta(solver, stages, next),
         }?;
         next.time = self.start.time + self.h;
         Ok(())
@@ -69,7 +69,7 @@ impl Step<'_> {
 
     fn euler(
         &self,
-        workspace: &mut Workspace,
+        solver: &mut Solver,
         stages: &mut Stages,
         next: &mut State,
     ) -> Result<(), Error> {
@@ -79,7 +79,7 @@ impl Step<'_> {
             h,
             forces,
         } = *self;
-        let qdd = aba(model, start, forces, workspace)?;
+        let qdd = solver.forward_dynamics(model, start, forces)?;
         let displacement = &mut stages.displacement;
         for dof in 0..qdd.len() {
             next.qd[dof] = start.qd[dof] + h * qdd[dof];
@@ -94,7 +94,7 @@ impl Step<'_> {
     /// space.
     fn runge_kutta(
         &self,
-        workspace: &mut Workspace,
+        solver: &mut Solver,
         stages: &mut Stages,
         next: &mut State,
     ) -> Result<(), Error> {
@@ -126,7 +126,7 @@ impl Step<'_> {
         ] {
             rate.copy_from_slice(&stage.qd);
             displacement_rate(model, stage, displacement, rate);
-            let qdd = aba(model, stage, forces, workspace)?;
+            let qdd = solver.forward_dynamics(model, stage, forces)?;
             for dof in 0..rate.len() {
                 rate_sum[dof] += weight * rate[dof];
                 acceleration_sum[dof] += weight * qdd[dof];

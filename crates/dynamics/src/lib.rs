@@ -1,5 +1,5 @@
-//! Dynamics of articulated bodies on the CPU: forward (ABA, CRBA) and inverse (RNEA), kinematics,
-//! energies, integrators, and the residual that says how well a solution solves its equations.
+//! Dynamics of articulated bodies on the CPU: forward (ABA, divide and conquer, CRBA) and inverse
+//! (RNEA), kinematics, energies, integrators, and the residual that says how well a solution solves its equations.
 //!
 //! A [`Model`] is constant, a [`State`](vertebra_assembly::State) is what
 //! is saved, a [`Workspace`] owns scratch and results; the algorithms are functions over them. A
@@ -26,6 +26,7 @@
 //! ```
 
 mod aba;
+mod cost;
 mod crba;
 mod dca;
 mod energy;
@@ -40,6 +41,7 @@ mod precision;
 mod residual;
 mod rnea;
 mod simulation;
+mod solver;
 mod workspace;
 
 pub use aba::{aba, joint_wrenches};
@@ -55,6 +57,7 @@ pub use precision::Precision;
 pub use residual::{Residual, Solved, residual};
 pub use rnea::rnea;
 pub use simulation::Simulation;
+pub use solver::{Algorithm, Choice, Solver, SolverOptions};
 pub use workspace::{BodyForce, BodyMotion, Workspace};
 
 use vertebra_assembly::Model;

@@ -2,8 +2,8 @@
 
 use crate::integrate::{Stages, Step};
 use crate::{
-    BodyMotion, Error, Forces, Integrator, Mechanics, Precision, Workspace, aba, body_poses,
-    finite_results, forward_kinematics, joint_wrenches, mechanics,
+    BodyMotion, Choice, Error, Forces, Integrator, Mechanics, Precision, Solver, SolverOptions,
+    Workspace, aba, body_poses, finite_results, forward_kinematics, joint_wrenches, mechanics,
 };
 use vertebra_assembly::{Body, BodyId, Model, State};
 use vertebra_spatial::Pose;
@@ -18,7 +18,9 @@ pub struct Simulation {
     next: State,
     forces: Forces,
     integrator: Integrator,
-    workspace: Workspace,
+    solver: Solver,
+    /// For kinematics and [`solve`](Self::solve), if the solver's own memory does not serve.
+    workspace: Option<Workspace>,
     stages: Stages,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
@@ -31,12 +33,14 @@ impl Simulation {
     /// None yet: a model that was built can be simulated. Other devices will have some.
     pub fn new(model: Model) -> Result<Self, Error> {
         let state = State::neutral(&model);
+        let solver = Solver::new(&model, &SolverOptions::default())?;
         Ok(Self {
             next: state.clone(),
             state,
             forces: Forces::none(&model),
             integrator: Integrator::default(),
-            workspace: Workspace::new(&model, Precision::F64),
+            solver,
+            workspace: None,
             stages: Stages::new(&model),
             posed: false,
             model,
@@ -50,12 +54,33 @@ impl Simulation {
         self
     }
 
-    /// Chooses the precision in which accelerations are computed; the state stays in f64.
-    #[must_use]
-    pub fn with_precision(mut self, precision: Precision) -> Self {
-        self.workspace = Workspace::new(&self.model, precision);
+    /// Chooses how accelerations are computed; the state stays in f64.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn with_solver(mut self, options: &SolverOptions) -> Result<Self, Error> {
+        self.solver = Solver::new(&self.model, options)?;
+        self.workspace = None;
         self.posed = false;
-        self
+        Ok(self)
+    }
+
+    /// Chooses the precision in which accelerations are computed, by whichever algorithm is expected
+    /// to be faster.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn with_precision(self, precision: Precision) -> Result<Self, Error> {
+        self.with_solver(&SolverOptions {
+            precision,
+            ..SolverOptions::default()
+        })
+    }
+
+    /// The algorithm that computes accelerations, and why that one.
+    #[must_use]
+    pub const fn choice(&self) -> &Choice {
+        self.solver.choice()
     }
 
     /// The model.
@@ -113,7 +138,7 @@ impl Simulation {
         };
         step.take(
             self.integrator,
-            &mut self.workspace,
+            &mut self.solver,
             &mut self.stages,
             &mut self.next,
         )?;
@@ -139,8 +164,7 @@ impl Simulation {
     /// # Errors
     /// [`Error::UnknownBody`].
     pub fn pose(&mut self, body: BodyId) -> Result<Pose, Error> {
-        self.update_kinematics()?;
-        self.workspace.pose(body)
+        self.posed_workspace()?.pose(body)
     }
 
     /// How fast a body moves.
@@ -148,30 +172,33 @@ impl Simulation {
     /// # Errors
     /// [`Error::UnknownBody`].
     pub fn velocity(&mut self, body: BodyId) -> Result<BodyMotion, Error> {
-        self.update_kinematics()?;
-        self.workspace.velocity(body)
+        self.posed_workspace()?.velocity(body)
     }
 
-    fn update_kinematics(&mut self) -> Result<(), Error> {
+    /// The workspace, with the kinematics of the current state.
+    fn posed_workspace(&mut self) -> Result<&mut Workspace, Error> {
+        let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);
         if !self.posed {
-            forward_kinematics(&self.model, &self.state, &mut self.workspace)?;
+            forward_kinematics(&self.model, &self.state, workspace)?;
             self.posed = true;
         }
-        Ok(())
+        Ok(workspace)
     }
 
-    /// Solves the dynamics of the current state under the current forces and gives the workspace to
-    /// read from: joint and body accelerations, joint wrenches, poses and velocities.
+    /// Solves the dynamics of the current state under the current forces, always by the
+    /// articulated-body algorithm, and gives the workspace to read from: joint and body
+    /// accelerations, joint wrenches, poses and velocities.
     ///
     /// # Errors
     /// [`Error`] as for a step.
     pub fn solve(&mut self) -> Result<&Workspace, Error> {
         self.posed = false;
-        aba(&self.model, &self.state, &self.forces, &mut self.workspace)?;
-        joint_wrenches(&mut self.workspace)?;
-        body_poses(&mut self.workspace)?;
+        let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);
+        aba(&self.model, &self.state, &self.forces, workspace)?;
+        joint_wrenches(workspace)?;
+        body_poses(workspace)?;
         self.posed = true;
-        Ok(&self.workspace)
+        Ok(workspace)
     }
 
     /// Energies, momenta and centre of mass.
@@ -180,9 +207,23 @@ impl Simulation {
     /// [`Error::Overflow`].
     pub fn mechanics(&mut self) -> Result<Mechanics, Error> {
         self.posed = false;
-        let sums = mechanics(&self.model, &self.state, &mut self.workspace)?;
+        let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);
+        let sums = mechanics(&self.model, &self.state, workspace)?;
         // Its kinematics are those of the state.
         self.posed = true;
         Ok(sums)
+    }
+}
+
+/// The solver's own workspace or, if it has none, another, made when first asked for.
+fn workspace<'a>(
+    model: &Model,
+    solver: &'a mut Solver,
+    other: &'a mut Option<Workspace>,
+) -> &'a mut Workspace {
+    let precision = solver.choice().precision;
+    match solver.workspace_mut() {
+        Some(own) => own,
+        None => other.get_or_insert_with(|| Workspace::new(model, precision)),
     }
 }

@@ -297,7 +297,8 @@ fn check_finite(model: &Model, state: &State, forces: &Forces, precision: Precis
     }
     let mut simulation = Simulation::new(model.clone())
         .unwrap()
-        .with_precision(precision);
+        .with_precision(precision)
+        .unwrap();
     simulation.set_state(state.clone()).unwrap();
     if simulation.step(1e-3).is_ok() {
         simulation.state().check(model).unwrap();

@@ -6,8 +6,8 @@ use glam::{DMat3, DQuat, DVec3};
 use vertebra_assembly::generate::{self, RandomTree, Rod};
 use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, State};
 use vertebra_dynamics::{
-    Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba, forward_kinematics,
-    joint_wrenches,
+    Algorithm, Forces, Integrator, Precision, Simulation, SolverOptions, Workspace, Wrench, aba,
+    forward_kinematics, joint_wrenches,
 };
 use vertebra_spatial::Pose;
 
@@ -349,4 +349,38 @@ fn joints_carry_what_hangs_from_them() {
         assert!((carried.force - DVec3::Z * weight).length() < 1e-13 * weight);
         assert!(carried.moment.length() < 1e-13 * weight);
     }
+}
+
+/// The same motion by either algorithm, poses and energies included, which the tree's own memory does
+/// not have.
+#[test]
+fn either_solver_moves_alike() {
+    let tree = RandomTree {
+        floating: true,
+        ..RandomTree::mixed(60)
+    };
+    let model = generate::random_tree(&tree, 5).unwrap();
+    let mut found = Vec::new();
+    for algorithm in [Algorithm::Aba, Algorithm::Dca] {
+        let options = SolverOptions {
+            algorithm: Some(algorithm),
+            ..SolverOptions::default()
+        };
+        let mut simulation = Simulation::new(model.clone())
+            .unwrap()
+            .with_integrator(Integrator::RungeKutta4)
+            .with_solver(&options)
+            .unwrap();
+        assert_eq!(simulation.choice().algorithm, algorithm);
+        simulation.set_state(State::random(&model, 3)).unwrap();
+        for _ in 0..20 {
+            simulation.step(1e-3).unwrap();
+        }
+        let tip = simulation.pose(model.last_body()).unwrap().translation;
+        let mechanics = simulation.mechanics().unwrap();
+        found.push((tip, mechanics.kinetic_energy + mechanics.potential_energy));
+    }
+    let ((a, energy), (b, other)) = (found[0], found[1]);
+    assert!((a - b).length() <= 1e-11 * a.length(), "{a} and {b}");
+    assert!((energy - other).abs() <= 1e-11 * energy.abs().max(1.0));
 }

@@ -4,7 +4,10 @@
 
 use vertebra_assembly::generate::{self, RandomTree};
 use vertebra_assembly::{Model, State};
-use vertebra_dynamics::{Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba, rnea};
+use vertebra_dynamics::{
+    DcaOptions, DcaWorkspace, Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba,
+    dca, rnea,
+};
 
 fn tree() -> Model {
     let tree = RandomTree {
@@ -22,7 +25,8 @@ fn steps_allocate_nothing() {
             let mut simulation = Simulation::new(model.clone())
                 .unwrap()
                 .with_integrator(integrator)
-                .with_precision(precision);
+                .with_precision(precision)
+                .unwrap();
             simulation.set_state(State::random(&model, 2)).unwrap();
             simulation
                 .forces_mut()
@@ -47,8 +51,15 @@ fn algorithms_allocate_nothing() {
     let qdd = aba(&model, &state, &forces, &mut workspace)
         .unwrap()
         .to_vec();
+    let options = DcaOptions {
+        parallel: false,
+        ..DcaOptions::default()
+    };
+    let mut tree = DcaWorkspace::new(&model, &options).unwrap();
     let count = allocation_counter::measure(|| {
         aba(&model, &state, &forces, &mut workspace).unwrap();
+        dca(&model, &state, &forces, &mut tree).unwrap();
+        tree.compute_joint_wrenches(&forces).unwrap();
         rnea(&model, &state, &qdd, &forces, &mut workspace).unwrap();
     });
     assert_eq!(count.count_total, 0);

@@ -305,7 +305,7 @@ pub(super) fn solve<T: Real, L: Real>(
         if slot > first || plan.chunks[chunk].is_inner() {
             a = a.shifted(placed.offset);
         }
-        a = a + placed.bias_acceleration;
+        a += placed.bias_acceleration;
         let dofs = plan.dofs_of(slot);
         let columns = &given.places.columns[dofs.clone()];
         let freedoms = &mut own.freedoms[dofs.start - first_dof..dofs.end - first_dof];

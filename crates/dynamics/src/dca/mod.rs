@@ -20,6 +20,8 @@ mod solution;
 mod split;
 mod tree;
 
+pub(crate) use split::PARALLEL_BODIES;
+
 use crate::link::Scales;
 use crate::workspace::{require, same_model};
 use crate::{BodyForce, Error, Forces, Precision, Residual, Solved, finite_results};
@@ -97,14 +99,15 @@ impl DcaWorkspace {
     /// # Errors
     /// [`Error::Model`] for a window of zero or above the longest chunk; [`Error::TreePrecision`].
     pub fn new(model: &Model, options: &DcaOptions) -> Result<Self, Error> {
+        check_precisions(options.chunks, options.tree)?;
         let weights = plan::weights(model, options.chunks.epsilon());
         let bodies = model.bodies();
         let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
         let schedule = Schedule::of_tree(&parents, &weights, &options.schedule)?;
         let trees = match (options.chunks, options.tree) {
-            (Precision::F32, Precision::F32) => Trees::F32(Tree::new(model, schedule, &weights)),
+            (Precision::F32, _) => Trees::F32(Tree::new(model, schedule, &weights)),
             (Precision::F64, Precision::F32) => Trees::Mixed(Tree::new(model, schedule, &weights)),
-            (Precision::F64, Precision::F64) => Trees::F64(Tree::new(model, schedule, &weights)),
+            (Precision::F64, _) => Trees::F64(Tree::new(model, schedule, &weights)),
             (Precision::Reference, Precision::F32) => {
                 Trees::ReferenceF32(Tree::new(model, schedule, &weights))
             }
@@ -114,7 +117,6 @@ impl DcaWorkspace {
             (Precision::Reference, Precision::Reference) => {
                 Trees::Reference(Tree::new(model, schedule, &weights))
             }
-            (chunks, tree) => return Err(Error::TreePrecision { chunks, tree }),
         };
         Ok(Self {
             scales: Scales::of_model(model),
@@ -204,6 +206,14 @@ impl Solved for DcaWorkspace {
             tree.solution().residual(model, state, forces, &self.scales)
         }))
     }
+}
+
+/// Refuses a tree more precise than its chunks.
+pub(crate) fn check_precisions(chunks: Precision, tree: Precision) -> Result<(), Error> {
+    if tree.epsilon() >= chunks.epsilon() {
+        return Ok(());
+    }
+    Err(Error::TreePrecision { chunks, tree })
 }
 
 /// Forward dynamics by divide and conquer: the joint accelerations [rad/s^2 or m/s^2], shape

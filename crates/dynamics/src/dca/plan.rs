@@ -196,10 +196,8 @@ impl<T: Real> Plan<T> {
             bodies.extend(order[chunk.joints()].iter().map(|body| body.0));
         }
         let mut slots = vec![0; bodies.len()];
-        let mut slot_u32 = 0;
-        for &body in &bodies {
-            slots[body as usize] = slot_u32;
-            slot_u32 += 1;
+        for (slot, &body) in (0..).zip(&bodies) {
+            slots[body as usize] = slot;
         }
         let mut plan = Self {
             bodies,

@@ -7,7 +7,7 @@ use core::ops::Range;
 const GRAIN: usize = 32;
 
 /// Fewest bodies for which threads are worth waking at all.
-pub(super) const PARALLEL_BODIES: usize = 2048;
+pub(crate) const PARALLEL_BODIES: usize = 2048;
 
 /// What a piece of work comes to.
 pub(super) trait Outcome: Send {

@@ -1,0 +1,41 @@
+//! What forward dynamics are expected to cost: constants measured by the benchmark, never at run time,
+//! so that the same choice is made every time.
+
+use crate::Precision;
+
+/// Time of the articulated-body algorithm a body \[s\].
+const ABA: [f64; 3] = [85e-9, 105e-9, 6.5e-6];
+
+/// Time of divide and conquer a body on one thread \[s\].
+const DCA: [f64; 3] = [290e-9, 350e-9, 22e-6];
+
+/// Part of that which only one thread can do: checks, external forces, results in the model's order.
+const SERIAL: f64 = 0.02;
+
+/// Time to hand a round to several threads and wait for them \[s\].
+const ROUND: f64 = 6e-6;
+
+fn of(costs: [f64; 3], precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => costs[0],
+        Precision::F64 => costs[1],
+        Precision::Reference => costs[2],
+    }
+}
+
+/// Time of the articulated-body algorithm \[s\].
+#[expect(clippy::cast_precision_loss, reason = "an estimate")]
+pub(crate) fn aba(bodies: usize, precision: Precision) -> f64 {
+    bodies as f64 * of(ABA, precision)
+}
+
+/// Time of divide and conquer \[s\] on so many threads, in an assembly tree of so many rounds.
+#[expect(clippy::cast_precision_loss, reason = "an estimate")]
+pub(crate) fn dca(bodies: usize, rounds: usize, threads: usize, precision: Precision) -> f64 {
+    let alone = bodies as f64 * of(DCA, precision);
+    if threads <= 1 {
+        return alone;
+    }
+    // Every round is gone through four times: rotations and forces, up and down.
+    alone * (SERIAL + (1.0 - SERIAL) / threads as f64) + 4.0 * rounds as f64 * ROUND
+}

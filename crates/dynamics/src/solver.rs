@@ -1,0 +1,274 @@
+//! One door to forward dynamics: the algorithm is chosen from the model, or by its user.
+
+use crate::dca::{PARALLEL_BODIES, check_precisions};
+use crate::{DcaOptions, DcaWorkspace, Error, Forces, Precision, Workspace, aba, cost, dca};
+use core::fmt;
+use vertebra_assembly::schedule::ScheduleOptions;
+use vertebra_assembly::{Model, State};
+
+/// An algorithm of forward dynamics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Algorithm {
+    /// The articulated-body algorithm, [`aba`]: least work, body after body.
+    Aba,
+    /// Divide and conquer, [`dca`]: more work, in O(log n) rounds for many threads.
+    Dca,
+}
+
+impl fmt::Display for Algorithm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Aba => "aba",
+            Self::Dca => "dca",
+        })
+    }
+}
+
+/// What a [`Solver`] is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SolverOptions {
+    /// The algorithm; none for the one that is expected to be faster.
+    pub algorithm: Option<Algorithm>,
+    /// Precision of the bodies' own computations.
+    pub precision: Precision,
+    /// Precision of the joins of divide and conquer, at most `precision`; none for the same.
+    pub tree: Option<Precision>,
+    /// How divide and conquer gathers bodies into chunks.
+    pub schedule: ScheduleOptions,
+    /// Whether the threads of the current rayon pool may be used.
+    pub parallel: bool,
+}
+
+impl Default for SolverOptions {
+    /// Whatever is faster, in f64, on all threads.
+    fn default() -> Self {
+        Self {
+            algorithm: None,
+            precision: Precision::F64,
+            tree: None,
+            schedule: ScheduleOptions::default(),
+            parallel: true,
+        }
+    }
+}
+
+/// What a [`Solver`] has picked, and why: printed, a sentence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// The algorithm.
+    pub algorithm: Algorithm,
+    /// Whether it was asked for.
+    pub forced: bool,
+    /// Precision of the bodies' own computations.
+    pub precision: Precision,
+    /// Precision of the joins, if there are any.
+    pub tree: Precision,
+    /// Threads that divide and conquer uses, or would use.
+    pub threads: usize,
+    /// Expected time of the articulated-body algorithm \[s\].
+    pub aba_s: f64,
+    /// Expected time of divide and conquer \[s\].
+    pub dca_s: f64,
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            algorithm,
+            precision,
+            tree,
+            threads,
+            ..
+        } = self;
+        write!(f, "{algorithm} in {precision}")?;
+        if *algorithm == Algorithm::Dca && tree != precision {
+            write!(f, " over a tree in {tree}")?;
+        }
+        let why = if self.forced {
+            "as asked"
+        } else {
+            "expected to be faster"
+        };
+        write!(
+            f,
+            ", {why}: aba {:.3} ms, dca on {threads} thread{} {:.3} ms",
+            1e3 * self.aba_s,
+            if *threads == 1 { "" } else { "s" },
+            1e3 * self.dca_s
+        )
+    }
+}
+
+/// Forward dynamics of one model by the algorithm that suits it.
+///
+/// ```
+/// use vertebra_assembly::{State, generate};
+/// use vertebra_dynamics::{Algorithm, Forces, Solver, SolverOptions};
+///
+/// let model = generate::random_chain(64, &generate::Rod::default(), 7)?;
+/// let mut solver = Solver::new(&model, &SolverOptions::default())?;
+/// assert_eq!(solver.choice().algorithm, Algorithm::Aba);
+/// println!("{}", solver.choice());
+/// let (state, forces) = (State::random(&model, 8), Forces::none(&model));
+/// let qdd = solver.forward_dynamics(&model, &state, &forces)?;
+/// assert_eq!(qdd.len(), 64);
+/// # Ok::<(), vertebra_dynamics::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Solver {
+    choice: Choice,
+    memory: Memory,
+}
+
+#[derive(Clone, Debug)]
+enum Memory {
+    Aba(Box<Workspace>),
+    Dca(Box<DcaWorkspace>),
+}
+
+impl Solver {
+    /// Chooses the algorithm and takes its memory.
+    ///
+    /// # Errors
+    /// As [`DcaWorkspace::new`].
+    pub fn new(model: &Model, options: &SolverOptions) -> Result<Self, Error> {
+        let bodies = model.bodies().len();
+        let threads = threads(options.parallel, bodies);
+        let tree = options.tree.unwrap_or(options.precision);
+        check_precisions(options.precision, tree)?;
+        let dca_options = DcaOptions {
+            chunks: options.precision,
+            tree,
+            schedule: options.schedule,
+            parallel: threads > 1,
+        };
+        // Two rounds for each halving, as in the worst of trees.
+        let rounds = 2 * bodies.max(1).ilog2() as usize;
+        let aba_s = cost::aba(bodies, options.precision);
+        let dca_s = cost::dca(bodies, rounds, threads, options.precision);
+        let algorithm = match options.algorithm {
+            Some(algorithm) => algorithm,
+            None if dca_s < aba_s => Algorithm::Dca,
+            None => Algorithm::Aba,
+        };
+        let memory = match algorithm {
+            Algorithm::Aba => Memory::Aba(Box::new(Workspace::new(model, options.precision))),
+            Algorithm::Dca => Memory::Dca(Box::new(DcaWorkspace::new(model, &dca_options)?)),
+        };
+        Ok(Self {
+            choice: Choice {
+                algorithm,
+                forced: options.algorithm.is_some(),
+                precision: options.precision,
+                tree,
+                threads,
+                aba_s,
+                dca_s,
+            },
+            memory,
+        })
+    }
+
+    /// What was chosen, and why.
+    #[must_use]
+    pub const fn choice(&self) -> &Choice {
+        &self.choice
+    }
+
+    /// The joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
+    ///
+    /// # Errors
+    /// As [`aba`] and [`dca`].
+    pub fn forward_dynamics(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<&[f64], Error> {
+        match &mut self.memory {
+            Memory::Aba(workspace) => aba(model, state, forces, workspace),
+            Memory::Dca(workspace) => dca(model, state, forces, workspace),
+        }
+    }
+
+    /// The workspace of the articulated-body algorithm, if that was chosen.
+    pub(crate) fn workspace_mut(&mut self) -> Option<&mut Workspace> {
+        match &mut self.memory {
+            Memory::Aba(workspace) => Some(workspace),
+            Memory::Dca(_) => None,
+        }
+    }
+}
+
+/// Threads there are for so many bodies; asking rayon would start them.
+fn threads(parallel: bool, bodies: usize) -> usize {
+    if !parallel || bodies < PARALLEL_BODIES {
+        return 1;
+    }
+    #[cfg(feature = "rayon")]
+    let threads = rayon::current_num_threads();
+    #[cfg(not(feature = "rayon"))]
+    let threads = 1;
+    threads
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vertebra_assembly::generate::{self, Rod};
+
+    /// The choice follows the number of threads and can be forced; results agree.
+    #[test]
+    fn many_threads_divide_and_conquer() {
+        let model = generate::random_chain(20_000, &Rod::default(), 1).unwrap();
+        let (state, forces) = (State::random(&model, 2), Forces::none(&model));
+        let solve = |threads: usize, algorithm| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let options = SolverOptions {
+                    algorithm,
+                    ..SolverOptions::default()
+                };
+                let mut solver = Solver::new(&model, &options).unwrap();
+                let qdd = solver
+                    .forward_dynamics(&model, &state, &forces)
+                    .unwrap()
+                    .to_vec();
+                (*solver.choice(), qdd)
+            })
+        };
+        let (one, reference) = solve(1, None);
+        let (many, found) = solve(16, None);
+        let (forced, same) = solve(16, Some(Algorithm::Aba));
+        assert_eq!((one.algorithm, one.forced), (Algorithm::Aba, false));
+        assert_eq!((many.algorithm, many.threads), (Algorithm::Dca, 16));
+        assert_eq!((forced.algorithm, forced.forced), (Algorithm::Aba, true));
+        assert!(
+            many.dca_s < many.aba_s && many.to_string().contains("16 threads"),
+            "{many}"
+        );
+        assert_eq!(reference, same);
+        let largest = reference.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        for (a, b) in found.iter().zip(&reference) {
+            assert!((a - b).abs() <= 1e5 * f64::EPSILON * largest);
+        }
+    }
+
+    #[test]
+    fn a_tree_more_precise_than_its_chunks_is_refused() {
+        let model = generate::random_chain(3, &Rod::default(), 1).unwrap();
+        let options = SolverOptions {
+            algorithm: Some(Algorithm::Dca),
+            precision: Precision::F32,
+            tree: Some(Precision::F64),
+            ..SolverOptions::default()
+        };
+        assert!(matches!(
+            Solver::new(&model, &options),
+            Err(Error::TreePrecision { .. })
+        ));
+    }
+}
