@@ -81,6 +81,8 @@ impl<T: Real> Leaf<T> {
 pub(super) struct Own<'a, T, L> {
     /// Accelerations of the bodies' joints' origins.
     pub(super) accelerations: &'a mut [Motion<T>],
+    /// Joint accelerations.
+    pub(super) qdd: &'a mut [T],
     pub(super) freedoms: &'a mut [Freedom<T>],
     /// Inboard halves of cut bodies.
     pub(super) inner: &'a mut [Inverse<T>],
@@ -94,6 +96,7 @@ pub(super) struct Own<'a, T, L> {
 impl<T: Real, L: Real> Divide for Own<'_, T, L> {
     fn divide(self, at: &Extent) -> (Self, Self) {
         let (accelerations, more_accelerations) = self.accelerations.split_at_mut(at.slot);
+        let (qdd, more_qdd) = self.qdd.split_at_mut(at.dof);
         let (freedoms, more_freedoms) = self.freedoms.split_at_mut(at.dof);
         let (inner, more_inner) = self.inner.split_at_mut(at.inner);
         let (leaves, more_leaves) = self.leaves.split_at_mut(at.leaf);
@@ -101,6 +104,7 @@ impl<T: Real, L: Real> Divide for Own<'_, T, L> {
         let (rakes, more_rakes) = self.rakes.split_at_mut(at.rake);
         let own = Self {
             accelerations,
+            qdd,
             freedoms,
             inner,
             leaves,
@@ -109,6 +113,7 @@ impl<T: Real, L: Real> Divide for Own<'_, T, L> {
         };
         let rest = Self {
             accelerations: more_accelerations,
+            qdd: more_qdd,
             freedoms: more_freedoms,
             inner: more_inner,
             leaves: more_leaves,
@@ -308,19 +313,19 @@ pub(super) fn solve<T: Real, L: Real>(
         a += placed.bias_acceleration;
         let dofs = plan.dofs_of(slot);
         let columns = &given.places.columns[dofs.clone()];
-        let freedoms = &mut own.freedoms[dofs.start - first_dof..dofs.end - first_dof];
+        let dofs = dofs.start - first_dof..dofs.end - first_dof;
+        let qdd = &mut own.qdd[dofs.clone()];
         match own.leaves.first() {
             Some(leaf) if slot == last => {
                 // Of the accelerations on both sides of its joint the difference is S qdd.
                 let center = leaf.body.respond(&ends.f2, &leaf.force);
                 let across = center.shifted(-placed.arm) + placed.centripetal(-placed.arm);
-                for (freedom, column) in freedoms.iter_mut().zip(columns) {
-                    let along = Force::new(column.angular, column.linear);
-                    freedom.acceleration = (across - a).dot(along);
+                for (qdd, column) in qdd.iter_mut().zip(columns) {
+                    *qdd = (across - a).dot(Force::new(column.angular, column.linear));
                 }
                 a = across;
             }
-            _ => respond(columns, freedoms, &tip, &mut a),
+            _ => respond(columns, &own.freedoms[dofs], &tip, &mut a, qdd),
         }
         own.accelerations[slot - first] = a;
     }

@@ -29,8 +29,6 @@ pub(super) struct Freedom<T> {
     pub(super) drive: T,
     /// 1/D, or a row of L with the reciprocal of its diagonal.
     pub(super) pivot: [T; 6],
-    /// The joint acceleration found.
-    pub(super) acceleration: T,
 }
 
 impl<T: Real> Freedom<T> {
@@ -39,7 +37,6 @@ impl<T: Real> Freedom<T> {
         tip: [T::ZERO; 6],
         drive: T::ZERO,
         pivot: [T::ZERO; 6],
-        acceleration: T::ZERO,
     };
 }
 
@@ -254,7 +251,6 @@ impl<T: Real> Interior<T> {
                 tip: tips.0[k],
                 drive: drives[k],
                 pivot: factor.row(k),
-                acceleration: T::ZERO,
             };
             self.inertia.linear = self.inertia.linear - Sym3::outer(column.linear, T::ONE);
             passed += column * drives[k];
@@ -292,38 +288,36 @@ fn pivot<T: Real>(d: T, floor: T, column: Force<T>, tip: [T; 6], drive: T) -> Op
         tip,
         drive,
         pivot,
-        acceleration: T::ZERO,
     })
 }
 
 /// Down through a joint: adds S qdd to the acceleration a' = X a + c of the body beyond, given f2 at
-/// the tip, and notes qdd.
+/// the tip, and writes qdd.
 ///
 /// The condition on qdd reads U'a = u + s'f2. It is solved twice: a' may be much larger than a (a
 /// light body on a fast joint hardly notices its parent), and then rounding of the order of a' is
 /// left in a; the second solution removes it.
 pub(super) fn respond<T: Real>(
     columns: &[Motion<T>],
-    freedoms: &mut [Freedom<T>],
+    freedoms: &[Freedom<T>],
     f2: &[T; 6],
     a: &mut Motion<T>,
+    qdd: &mut [T],
 ) {
-    if let ([column], [freedom]) = (columns, &mut *freedoms) {
+    if let ([column], [freedom], [qdd]) = (columns, freedoms, &mut *qdd) {
         let wanted = freedom.drive + dot(&freedom.tip, f2);
         let first = (wanted - a.dot(freedom.column)) * freedom.pivot[0];
         *a += *column * first;
         let second = (wanted - a.dot(freedom.column)) * freedom.pivot[0];
         *a += *column * second;
-        freedom.acceleration = first + second;
+        *qdd = first + second;
         return;
     }
-    for freedom in &mut *freedoms {
-        freedom.acceleration = T::ZERO;
-    }
+    qdd.fill(T::ZERO);
     for _ in 0..2 {
         // L'qdd = L^-1 u + (s L'^-1)'f2 - (U L'^-1)'a.
         let mut rest = [T::ZERO; 6];
-        for (rest, freedom) in rest.iter_mut().zip(&*freedoms) {
+        for (rest, freedom) in rest.iter_mut().zip(freedoms) {
             *rest = freedom.drive + dot(&freedom.tip, f2) - a.dot(freedom.column);
         }
         for i in (0..freedoms.len()).rev() {
@@ -332,9 +326,9 @@ pub(super) fn respond<T: Real>(
             }
             rest[i] = rest[i] * freedoms[i].pivot[i];
         }
-        for ((freedom, &column), rest) in freedoms.iter_mut().zip(columns).zip(rest) {
+        for ((qdd, &column), rest) in qdd.iter_mut().zip(columns).zip(rest) {
             *a += column * rest;
-            freedom.acceleration += rest;
+            *qdd += rest;
         }
     }
 }

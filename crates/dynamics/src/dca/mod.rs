@@ -285,11 +285,10 @@ pub fn dca<'w>(
 impl<T: Real, L: Real> Tree<T, L> {
     /// Joint accelerations in SI and in the model's order.
     fn read_accelerations(&self, qdd: &mut [f64], scales: &[f64]) {
-        for (slot, link) in self.plan.links.iter().enumerate() {
-            let dofs = self.plan.dofs_of(slot);
-            for (k, freedom) in self.freedoms[dofs].iter().enumerate() {
-                qdd[link.v + k] = freedom.acceleration.to_f64() * scales[link.v + k];
-            }
+        let own = self.plan.model_dofs.iter().zip(&self.qdd);
+        for (&dof, own) in own {
+            let dof = dof as usize;
+            qdd[dof] = own.to_f64() * scales[dof];
         }
     }
 }

@@ -159,6 +159,8 @@ pub(super) struct Plan<T> {
     pub(super) at_center: Vec<bool>,
     /// Start of each slot's freedoms, one entry more than slots.
     pub(super) dofs: Vec<u32>,
+    /// Each freedom's place in the model's order.
+    pub(super) model_dofs: Vec<u32>,
     pub(super) chunks: Vec<ChunkPlan>,
     /// One entry more than chunks.
     pub(super) extents: Vec<Extent>,
@@ -206,6 +208,7 @@ impl<T: Real> Plan<T> {
             frames: Vec::new(),
             at_center: vec![false; order.len()],
             dofs: vec![0],
+            model_dofs: Vec::new(),
             chunks: Vec::new(),
             extents: vec![Extent::default()],
             joins: Vec::new(),
@@ -377,13 +380,23 @@ impl<T: Real> Plan<T> {
         self.frames = self.bodies.iter().map(frame).collect();
         let mut dof = 0;
         for link in &self.links {
-            dof += u32::try_from(link.kind.dof_count()).unwrap_or(0);
+            let count = link.kind.dof_count();
+            self.model_dofs.extend((link.v..link.v + count).map(small));
+            dof += small(count);
             self.dofs.push(dof);
         }
         for extent in &mut self.extents {
             extent.dof = self.dofs[extent.slot] as usize;
         }
     }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a model has fewer freedoms than 32 bits count"
+)]
+const fn small(index: usize) -> u32 {
+    index as u32
 }
 
 /// Whether a chunk's last body is a leaf.

@@ -93,11 +93,11 @@ impl<T: Real, L: Real> Tree<T, L> {
     /// All that [`residual`](crate::residual) asks for.
     pub(super) fn solution(&self) -> Solution<T::Wide> {
         let bodies = 0..self.plan.len();
-        let mut qdd = vec![T::Wide::ZERO; self.freedoms.len()];
+        let mut qdd = vec![T::Wide::ZERO; self.qdd.len()];
         for (slot, link) in self.plan.links.iter().enumerate() {
-            let freedoms = &self.freedoms[self.plan.dofs_of(slot)];
-            for (k, freedom) in freedoms.iter().enumerate() {
-                qdd[link.v + k] = freedom.acceleration.widen();
+            let own = &self.qdd[self.plan.dofs_of(slot)];
+            for (qdd, own) in qdd[link.v..].iter_mut().zip(own) {
+                *qdd = own.widen();
             }
         }
         Solution {

@@ -35,7 +35,9 @@ pub(super) struct Tree<T, L> {
     pub(super) base: Motion<T>,
     /// Accelerations of the joints' origins, by slots.
     pub(super) accelerations: Vec<Motion<T>>,
-    pub(super) freedoms: Vec<Freedom<T>>,
+    /// Joint accelerations, in the order of the slots.
+    pub(super) qdd: Vec<T>,
+    freedoms: Vec<Freedom<T>>,
     /// Forces that the joints transmit, about the joints' origins.
     pub(super) wrenches: Vec<Force<T>>,
     inner: Vec<Inverse<T>>,
@@ -80,6 +82,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             places: Places::new(&plan),
             base: Motion::new(Vec3::ZERO, -Vec3::from_glam(gravity)),
             accelerations: vec![Motion::ZERO; slot],
+            qdd: vec![T::ZERO; dof],
             freedoms: vec![Freedom::NONE; dof],
             wrenches: vec![Force::ZERO; slot],
             inner: vec![Inverse::NONE; inner],
@@ -92,7 +95,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         }
     }
 
-    /// Forward dynamics; the freedoms have the joint accelerations afterwards.
+    /// Forward dynamics.
     pub(super) fn solve(
         &mut self,
         model: &Model,
@@ -152,6 +155,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         let start = &self.plan.extents[range.start];
         let whole = Own {
             accelerations: &mut self.accelerations,
+            qdd: &mut self.qdd,
             freedoms: &mut self.freedoms,
             inner: &mut self.inner,
             leaves: &mut self.leaves,
@@ -237,6 +241,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         let (accelerations, later) = self.accelerations.split_at_mut(end.slot);
         let whole: Own<'_, T, L> = Own {
             accelerations,
+            qdd: &mut self.qdd,
             freedoms: &mut self.freedoms,
             inner: &mut self.inner,
             leaves: &mut self.leaves,
