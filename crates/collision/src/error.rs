@@ -173,9 +173,68 @@ pub enum QueryError {
         /// The tolerance given.
         epsilon: f32,
     },
-    /// Classes were asked of a method that has none.
-    #[error("only exact pairs have a class: ask with Method::Exact")]
+    /// More than pairs was asked of a method that has no more.
+    #[error("only exact pairs have classes, curves and distances: ask with Method::Exact")]
     NotExact,
+    /// A distance that is none.
+    #[error("the distance {distance} must be finite, not negative and below 1.7e38")]
+    InvalidDistance {
+        /// The distance given \[m].
+        distance: f64,
+    },
+    /// A point is NaN or infinite.
+    #[error("the point {point:?} has a coordinate that is not finite")]
+    NonFinitePoint {
+        /// The point given \[m].
+        point: [f64; 3],
+    },
+    /// A mesh without inside.
+    #[error(
+        "the mesh is not closed: the side from vertex {} to {} of triangle {triangle} belongs to an odd number of \
+         triangles; close the hole or remove what stands out", side[0], side[1]
+    )]
+    NotClosed {
+        /// A triangle with such a side.
+        triangle: u32,
+        /// The vertices of the side.
+        side: [u32; 2],
+    },
+    /// A body that is not there.
+    #[error("there is no body {body}: there are {bodies}, counted from 0")]
+    NoSuchBody {
+        /// The index given.
+        body: usize,
+        /// How many there are.
+        bodies: usize,
+    },
+    /// A configuration does not place every body.
+    #[error("configuration {configuration} has {found} poses for {expected} bodies")]
+    PoseCount {
+        /// Index of the configuration.
+        configuration: usize,
+        /// The number of bodies.
+        expected: usize,
+        /// The number of poses.
+        found: usize,
+    },
+    /// A question about one of many poses failed.
+    #[error("at pose {index}: {error}")]
+    AtPose {
+        /// Index of the pose.
+        index: usize,
+        /// What went wrong.
+        error: Box<Self>,
+    },
+    /// A question about one of many pairs of bodies failed.
+    #[error("bodies {} and {} in configuration {configuration}: {error}", pair[0], pair[1])]
+    InPair {
+        /// Index of the configuration.
+        configuration: usize,
+        /// The bodies, A first.
+        pair: [usize; 2],
+        /// What went wrong.
+        error: Box<Self>,
+    },
 }
 
 /// One of the two meshes of a query.

@@ -35,10 +35,13 @@ fn echelon<T: Clone + Signed>(rows: &mut [Vec<T>]) -> Vec<usize> {
     pivots
 }
 
-/// The dimension of the intersection of two hulls, by enumeration: it is the hull of the points that the vertices of
-/// the polytope { l, m >= 0, sum l = sum m = 1, sum l a = sum m b } map to, and those vertices are its members whose
-/// positive weights belong to independent columns.
-fn dimension<T: Clone + Ord + Signed>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> Option<usize> {
+/// Points whose hull is the intersection of two hulls, in homogeneous coordinates: what the vertices of the polytope
+/// { l, m >= 0, sum l = sum m = 1, sum l a = sum m b } map to. They are its members whose positive weights belong to
+/// independent columns.
+pub(crate) fn spanning_points<T: Clone + Ord + Signed>(
+    a: &[[T; 3]; 3],
+    b: &[[T; 3]; 3],
+) -> Vec<Vec<T>> {
     let column = |c: usize| -> Vec<T> {
         let (one, zero) = (T::one(), T::zero());
         if c < 3 {
@@ -85,6 +88,12 @@ fn dimension<T: Clone + Ord + Signed>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> Optio
         }
         points.push(point);
     }
+    points
+}
+
+/// The dimension of the intersection of two hulls.
+fn dimension<T: Clone + Ord + Signed>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> Option<usize> {
+    let mut points = spanning_points(a, b);
     // In homogeneous coordinates, n + 1 independent points span n dimensions.
     (!points.is_empty()).then(|| echelon(&mut points).len() - 1)
 }
