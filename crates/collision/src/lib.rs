@@ -77,7 +77,7 @@ pub use collider::Collider;
 pub use culling::Culling;
 pub use curves::{Curve, CurvePoint, Curves};
 pub use distance::DistanceBounds;
-pub use error::{MeshError, PolygonProblem, PoseProblem, QueryError, Side};
+pub use error::{MeshError, Place, PolygonProblem, PoseProblem, QueryError, Side};
 pub use format::ply::{PlyPart, write_ply};
 pub use links::Links;
 pub use mesh::TriangleMesh;

@@ -17,6 +17,7 @@ mod distances;
 mod exact;
 mod files;
 mod gold;
+mod ply_off;
 mod published;
 mod readers;
 mod self_collision;

@@ -1,8 +1,8 @@
 //! A mesh against itself: which neighbours count, against exact arithmetic over all pairs.
 
-use crate::classes::spanning_points;
+use crate::classes::meeting_points;
 use crate::support::{
-    Exact, Random, Rational, Triangle, cross, cuboid, dot, exact, exploded, gold_mesh, minus, wide,
+    Exact, Random, Triangle, cross, cuboid, dot, exact, exploded, gold_mesh, minus, wide,
 };
 use glam::{DVec3, Vec3};
 use num_traits::{Signed, Zero};
@@ -17,8 +17,7 @@ fn expected(a: &Triangle, b: &Triangle) -> bool {
         }
     }
     let common: Vec<Exact> = common.into_iter().map(exact).collect();
-    let points = spanning_points(&a.map(exact), &b.map(exact));
-    let affine = |p: Vec<Rational>| [0, 1, 2].map(|k| &p[k] / &p[3]);
+    let points = meeting_points(a, b);
     let within = |x: &Exact, [p, q]: [&Exact; 2]| {
         let (u, v) = (minus(x, p), minus(x, q));
         cross(&u, &v).iter().all(Zero::is_zero) && !dot(&u, &v).is_positive()
@@ -35,7 +34,7 @@ fn expected(a: &Triangle, b: &Triangle) -> bool {
         );
         n.iter().any(|x| !x.is_zero())
     };
-    area || !points.into_iter().map(affine).all(|x| in_hull(&x))
+    area || !points.iter().all(|(x, _)| in_hull(x))
 }
 
 fn check(mesh: &TriangleMesh) -> usize {
