@@ -17,6 +17,7 @@ mod distances;
 mod exact;
 mod files;
 mod gold;
+mod hard_cases;
 mod ply_off;
 mod published;
 mod readers;
