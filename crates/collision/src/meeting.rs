@@ -68,7 +68,17 @@ impl<'a> Simplex<'a> {
         })
     }
 
-    /// The face in whose relative inside a point lies.
+    /// On which sides of another's plane the corners lie; none has a side if that has no plane.
+    fn sides_of(self, other: Self) -> [Sign; 3] {
+        if other.face == WHOLE {
+            let plane = Plane::through(*other.points);
+            self.points.map(|p| plane.side(p, &mut 0))
+        } else {
+            [Sign::Zero; 3]
+        }
+    }
+
+    /// The face in whose relative inside a point lies; if there is a plane, the point must be in it.
     fn locate(self, p: DVec3) -> Option<Face> {
         if let Some(corner) = corners(self.face).find(|&corner| self.points[corner] == p) {
             return Some(1 << corner);
@@ -83,12 +93,9 @@ impl<'a> Simplex<'a> {
                 .sides()
                 .find_map(|(side, ends)| on_side(ends).then_some(side));
         }
-        let [a, b, c] = *self.points;
-        if orient3d(a, b, c, p) != Sign::Zero {
-            return None;
-        }
         let axis = Axis::of_plane(self.points)?;
-        let [a, b, c, p] = [a, b, c, p].map(|point| axis.project(point));
+        let [a, b, c] = self.points.map(|point| axis.project(point));
+        let p = axis.project(p);
         let inside = orient2d(a, b, c);
         let mut face = WHOLE;
         // On the line of a side the corner opposite does not count.
@@ -117,32 +124,31 @@ impl Meeting {
             points: [[0; 2]; MOST],
             count: 0,
         };
-        for corner in corners(a.face) {
+        let (signs_a, signs_b) = (a.sides_of(b), b.sides_of(a));
+        for corner in corners(a.face).filter(|&corner| signs_a[corner] == Sign::Zero) {
             if let Some(face) = b.locate(a.points[corner]) {
                 meeting.push([1 << corner, face]);
             }
         }
-        for corner in corners(b.face) {
+        for corner in corners(b.face).filter(|&corner| signs_b[corner] == Sign::Zero) {
             // Common corners are there already.
             if let Some(face) = a.locate(b.points[corner]).filter(|f| f.count_ones() > 1) {
                 meeting.push([face, 1 << corner]);
             }
         }
-        if b.face == WHOLE {
-            for side in piercing(a, b) {
-                meeting.push([side, WHOLE]);
-            }
-        }
-        if a.face == WHOLE {
-            for side in piercing(b, a) {
-                meeting.push([WHOLE, side]);
-            }
-        }
-        for (side_a, ends_a) in a.sides() {
-            for (side_b, ends_b) in b.sides() {
+        for (side_a, ends_a) in a.sides().filter(|(side, _)| reaches(*side, signs_a)) {
+            for (side_b, ends_b) in b.sides().filter(|(side, _)| reaches(*side, signs_b)) {
                 if cross(ends_a, ends_b) {
                     meeting.push([side_a, side_b]);
                 }
+            }
+            if passes(side_a, signs_a) && pierces(ends_a, b.points) {
+                meeting.push([side_a, WHOLE]);
+            }
+        }
+        for (side_b, ends_b) in b.sides() {
+            if passes(side_b, signs_b) && pierces(ends_b, a.points) {
+                meeting.push([WHOLE, side_b]);
             }
         }
         meeting
@@ -182,22 +188,22 @@ impl Meeting {
     }
 }
 
-/// The sides of a simplex that pass through the inside of a triangle.
-fn piercing<'a>(simplex: Simplex<'a>, triangle: Simplex<'a>) -> impl Iterator<Item = Face> + 'a {
-    let corners = triangle.points;
-    let plane = Plane::through(*corners);
-    let signs = simplex.points.map(|p| plane.side(p, &mut 0));
-    simplex.sides().filter_map(move |(side, [u, v])| {
-        let mut ends = self::corners(side).map(|corner| signs[corner]);
-        let (from, to) = (ends.next()?, ends.next()?);
-        if from == Sign::Zero || to != from.opposite() {
-            return None;
-        }
-        let turn = |i: usize| orient3d(u, v, corners[i], corners[(i + 1) % 3]);
-        let first = turn(0);
-        let inside = first != Sign::Zero && turn(1) == first && turn(2) == first;
-        inside.then_some(side)
-    })
+/// Whether a side may share a point with a plane, by the signs of the corners.
+fn reaches(side: Face, signs: [Sign; 3]) -> bool {
+    let mut ends = corners(side).map(|corner| signs[corner]);
+    ends.next() != ends.next() || corners(side).any(|corner| signs[corner] == Sign::Zero)
+}
+
+/// Whether a side has its ends strictly on either side of a plane.
+fn passes(side: Face, signs: [Sign; 3]) -> bool {
+    reaches(side, signs) && corners(side).all(|corner| signs[corner] != Sign::Zero)
+}
+
+/// Whether a segment that passes through a triangle's plane does so in its inside.
+fn pierces([u, v]: [DVec3; 2], corners: &[DVec3; 3]) -> bool {
+    let turn = |i: usize| orient3d(u, v, corners[i], corners[(i + 1) % 3]);
+    let first = turn(0);
+    first != Sign::Zero && turn(1) == first && turn(2) == first
 }
 
 /// Whether two open segments have exactly one point in common.

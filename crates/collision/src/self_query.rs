@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::bounds::Bounds;
 use crate::criterion::Criterion;
@@ -11,7 +11,7 @@ use crate::meeting::{Meeting, Simplex, corners};
 use crate::mesh::TriangleMesh;
 use crate::parallel;
 use crate::places::Places;
-use crate::predicates::{Plane, Sign, orient3d, strictly_one_side};
+use crate::predicates::{Axis, Plane, Sign, orient2d, strictly_one_side};
 use crate::query::Operand;
 use crate::sink::{Any, Count, Mask, Pairs, Sink, run};
 use crate::transform::RelativePose;
@@ -183,26 +183,46 @@ impl<'a> Neighbours<'a> {
     }
 }
 
-/// What settles nearly all neighbours: with a common side, the other corner is off the plane; with a common corner, the
-/// two others are strictly on one side of it. Then the triangles meet in that side or corner only.
+/// What settles nearly all neighbours: in space, that one has its other corners strictly on one side of the other's
+/// plane; in one plane, that a line through the common corners has the other corners of each strictly on its own side.
+/// Then they meet in the hull of the common corners only.
 fn apart_beyond((a, ids_a): (&[DVec3; 3], [u32; 3]), (b, ids_b): (&[DVec3; 3], [u32; 3])) -> bool {
-    let plane = Plane::through(*b);
-    let own = |ids: [u32; 3], other: [u32; 3]| (0..3).filter(move |&i| !other.contains(&ids[i]));
-    let mut only_a = own(ids_a, ids_b);
-    match (only_a.next(), only_a.next(), only_a.next()) {
-        (Some(apex), None, None) => plane.side(a[apex], &mut 0) != Sign::Zero,
-        (Some(p), Some(q), None) => {
-            if strictly_one_side([p, q].map(|corner| plane.side(a[corner], &mut 0))) {
-                return true;
-            }
-            let mut only_b = own(ids_b, ids_a);
-            match (only_b.next(), only_b.next()) {
-                (Some(r), Some(s)) => {
-                    strictly_one_side([r, s].map(|corner| orient3d(a[0], a[1], a[2], b[corner])))
-                }
-                _ => false,
-            }
-        }
-        _ => false,
+    // The corners that only one has, and then the common ones.
+    let arranged = |ids: [u32; 3], other: [u32; 3]| {
+        let mut order = [0, 1, 2];
+        order.sort_unstable_by_key(|&i| other.contains(&ids[i]));
+        let own = order.iter().filter(|&&i| !other.contains(&ids[i])).count();
+        (order, own)
+    };
+    let ((order_a, own_a), (order_b, own_b)) = (arranged(ids_a, ids_b), arranged(ids_b, ids_a));
+    if own_a != own_b || own_a == 0 {
+        return false;
     }
+    let (a, b) = (order_a.map(|i| a[i]), order_b.map(|i| b[i]));
+    let sides = |of: &[DVec3; 3], plane: &[DVec3; 3]| {
+        let plane = Plane::through(*plane);
+        [0, own_a - 1].map(|i| plane.side(of[i], &mut 0))
+    };
+    let (sides_a, sides_b) = (sides(&a, &b), sides(&b, &a));
+    if strictly_one_side(sides_a) || strictly_one_side(sides_b) {
+        return true;
+    }
+    let Some(axis) = Axis::of_plane(&b).filter(|_| sides_a == [Sign::Zero; 2]) else {
+        return false;
+    };
+    let (a, b) = (a.map(|p| axis.project(p)), b.map(|p| axis.project(p)));
+    // Lines through the last corner, which is common, and another, with the corner on the own side: with one common
+    // corner either of its sides, else the common side.
+    let lines: &[[usize; 2]] = if own_a == 2 {
+        &[[0, 1], [1, 0]]
+    } else {
+        &[[1, 0]]
+    };
+    [(a, b), (b, a)].into_iter().any(|(one, other)| {
+        lines.iter().any(|&[end, own]| {
+            let side = |p: DVec2| orient2d(one[2], one[end], p);
+            let beyond = side(one[own]).opposite();
+            beyond != Sign::Zero && [0, own_a - 1].iter().all(|&i| side(other[i]) == beyond)
+        })
+    })
 }

@@ -16,8 +16,9 @@ pub use vertebra_assembly::{
     State, Units, generate,
 };
 pub use vertebra_collision::{
-    self as collision, Collider, Culling, MeshError, Method, PairClass, PlyPart, Query, QueryError,
-    RelativePose, TriangleMesh, write_ply,
+    self as collision, Collider, Culling, Curves, DistanceBounds, Links, Location, MeshError,
+    Method, PairClass, PlyPart, Query, QueryError, RelativePose, SelfQuery, Solid, TriangleMesh,
+    write_ply,
 };
 pub use vertebra_dynamics::{
     self as dynamics, BodyForce, BodyMotion, Error, Forces, Integrator, Mechanics, Precision,
