@@ -149,6 +149,64 @@ mod tests {
         );
     }
 
+    type Rational = num_rational::Ratio<num_bigint::BigInt>;
+
+    fn rational(x: f64) -> Rational {
+        let (mantissa, exponent, sign) = num_traits::Float::integer_decode(x);
+        let mantissa = num_bigint::BigInt::from(mantissa) * sign;
+        let power = num_bigint::BigInt::from(1) << exponent.unsigned_abs();
+        if exponent < 0 {
+            Rational::new(mantissa, power)
+        } else {
+            Rational::from_integer(mantissa * power)
+        }
+    }
+
+    /// Triangles as thin as `f64` allows, cut by sides nearly in their planes: what the arithmetic does not resolve is in
+    /// the bound.
+    #[test]
+    fn bounds_hold_where_the_arithmetic_does_not_resolve() {
+        let exact = |p: DVec3| p.to_array().map(rational);
+        let minus = |p: &[Rational; 3], q: &[Rational; 3]| [0, 1, 2].map(|k| &p[k] - &q[k]);
+        let det = |p: [[Rational; 3]; 3]| {
+            let minor = |i: usize, j: usize| &p[1][i] * &p[2][j] - &p[1][j] * &p[2][i];
+            &p[0][0] * minor(1, 2) + &p[0][1] * minor(2, 0) + &p[0][2] * minor(0, 1)
+        };
+        let mut random = oorandom::Rand64::new(4);
+        let (mut checked, mut loose) = (0, 0);
+        for _ in 0..20_000 {
+            let mut point = || DVec3::from([(); 3].map(|()| random.rand_float() - 0.5));
+            let (a, along) = (point(), point());
+            // All on a line but for rounding, and a few roundings more.
+            let mut on_line = |t: f64| a + along * t + point() * (2.0_f64.powi(-50));
+            let [b, c, p, q] = [0.7, 1.9, 0.4, 1.3].map(&mut on_line);
+            let corners = [a, b, c].map(exact);
+            let height = |x: DVec3| {
+                let [u, v, w] =
+                    [&corners[1], &corners[2], &exact(x)].map(|e| minus(e, &corners[0]));
+                det([u, v, w])
+            };
+            let (from, to) = (height(p), height(q));
+            if from.clone() * &to >= rational(0.0) {
+                continue;
+            }
+            let t = &from / (&from - &to);
+            let (found, error) = through_plane([p, q], [a, b, c]);
+            let (start, end) = (exact(p), exact(q));
+            let off: Rational = (0..3)
+                .map(|k| rational(found[k]) - (&start[k] + (&end[k] - &start[k]) * &t))
+                .map(|d| &d * &d)
+                .sum();
+            assert!(
+                off <= rational(error) * rational(error),
+                "{a} {b} {c} {p} {q}"
+            );
+            checked += 1;
+            loose += usize::from(error > 1e-14);
+        }
+        assert!(checked > 1000 && loose > 100, "{checked} {loose}");
+    }
+
     /// Beyond the resolution of the arithmetic the bound is half the side, and the point is on it.
     #[test]
     fn unresolved_points_stay_on_the_side() {
