@@ -14,10 +14,12 @@ use glam::{DVec3, Vec3};
 use vertebra_collision::{Collider, MeshError, Query, SelfQuery, Solid, TriangleMesh};
 use vertebra_spatial::Pose;
 
-/// A closed block with hills on top, of `12 n²` triangles: the top has as many as the bottom and the sides have twice.
+/// A closed block with hills on top, of `12 n²` triangles: the top has a sixth.
 fn block(n: u32) -> Result<TriangleMesh, MeshError> {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    let hill = |x: f32, y: f32| 0.1 * ((7.0 * x).sin() * (9.0 * y).sin() * (23.0 * (x + y)).sin());
+    // Flat at the edges, where the sides begin.
+    let edge = |x: f32| 1.0 - x * x;
+    let hill = |x: f32, y: f32| 0.1 * edge(x) * edge(y) * (7.0 * x).sin() * (23.0 * (x + y)).sin();
     for (axis, far) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
         let first = vertices.len();
         let coordinate = |i: u32| 2.0 * (i as f32 / n as f32) - 1.0;

@@ -1,15 +1,11 @@
 //! Queries over two meshes, from cheap to rich.
 
-use std::borrow::Cow;
-
 use glam::DVec3;
 use vertebra_spatial::Pose;
 
 use crate::all_pairs::{ExactTest, MollerTest};
 use crate::bounds::Bounds;
-use crate::bvh::Bvh;
 use crate::classify::{PairClass, classify};
-use crate::collider::Collider;
 use crate::criterion::Criterion;
 use crate::culling::Culling;
 use crate::curves::{Builder, Corners, Curves};
@@ -17,6 +13,7 @@ use crate::distance::DistanceBounds;
 use crate::error::QueryError;
 use crate::mesh::TriangleMesh;
 use crate::moller;
+use crate::operand::Operand;
 use crate::parallel;
 use crate::sink::{Any, Count, Mask, Pairs, Sink, Statistics, run};
 use crate::transform::RelativePose;
@@ -46,53 +43,6 @@ impl Method {
     };
 }
 
-/// A mesh as a query takes it: as it is, or prepared.
-#[derive(Clone, Copy, Debug)]
-pub enum Operand<'a> {
-    /// A mesh without hierarchy; each query builds what it needs.
-    Mesh(&'a TriangleMesh),
-    /// A mesh with one.
-    Collider(&'a Collider),
-}
-
-impl<'a> Operand<'a> {
-    pub(crate) fn mesh(self) -> &'a TriangleMesh {
-        match self {
-            Self::Mesh(mesh) => mesh,
-            Self::Collider(collider) => collider.mesh(),
-        }
-    }
-
-    fn bounds(self) -> Bounds {
-        match self {
-            Self::Mesh(mesh) => Bounds::of(mesh.vertices()),
-            Self::Collider(collider) => collider.bvh().bounds(),
-        }
-    }
-
-    /// A tree over at least the triangles that reach into the region.
-    pub(crate) fn tree(self, region: &Bounds, threads: usize) -> Tree<'a> {
-        let mesh = self.mesh();
-        let bvh = match self {
-            Self::Mesh(mesh) => Cow::Owned(Bvh::new(mesh, Some(region), threads)),
-            Self::Collider(collider) => Cow::Borrowed(collider.bvh()),
-        };
-        Tree { mesh, bvh }
-    }
-}
-
-impl<'a> From<&'a TriangleMesh> for Operand<'a> {
-    fn from(mesh: &'a TriangleMesh) -> Self {
-        Self::Mesh(mesh)
-    }
-}
-
-impl<'a> From<&'a Collider> for Operand<'a> {
-    fn from(collider: &'a Collider) -> Self {
-        Self::Collider(collider)
-    }
-}
-
 /// Two triangles that meet, and in what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClassifiedPair {
@@ -120,7 +70,7 @@ pub struct ClosePair {
 /// Unless said otherwise both meshes stand where their files put them, the method is exact, and one thread works.
 /// Answers do not depend on the number of threads, nor on how pairs are culled.
 ///
-/// For many questions about the same meshes, prepare them as [`Collider`]s.
+/// For many questions about the same meshes, prepare them as [`Collider`](crate::Collider)s.
 ///
 /// ```no_run
 /// use vertebra_collision::{Query, TriangleMesh};
@@ -143,7 +93,7 @@ pub struct Query<'a> {
 }
 
 impl<'a> Query<'a> {
-    /// A query over A and B, each a [`TriangleMesh`] or a [`Collider`].
+    /// A query over A and B, each a [`TriangleMesh`] or a [`Collider`](crate::Collider).
     pub fn new(a: impl Into<Operand<'a>>, b: impl Into<Operand<'a>>) -> Self {
         Self {
             a: a.into(),
@@ -348,7 +298,7 @@ impl<'a> Query<'a> {
     /// Asks the same for many poses of B, seen from A: the answers in their order. This query's own pose is left out of
     /// account; its threads share the poses.
     ///
-    /// Prepare the meshes as [`Collider`]s, unless they are small: each pose asks anew.
+    /// Prepare the meshes as [`Collider`](crate::Collider)s, unless they are small: each pose asks anew.
     ///
     /// ```
     /// use glam::{DVec3, Vec3};
@@ -439,13 +389,7 @@ impl<'a> Query<'a> {
     }
 
     fn uses_bvh(&self) -> bool {
-        let unprepared = [self.a, self.b]
-            .iter()
-            .map(|operand| match operand {
-                Operand::Mesh(mesh) => mesh.len(),
-                Operand::Collider(_) => 0,
-            })
-            .sum();
+        let unprepared = self.a.unprepared() + self.b.unprepared();
         let sizes = [self.a, self.b].map(|operand| operand.mesh().len());
         self.culling.uses_bvh(sizes, unprepared)
     }

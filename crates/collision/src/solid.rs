@@ -9,9 +9,10 @@ use crate::bvh::Bvh;
 use crate::error::QueryError;
 use crate::exact::triangles_intersect;
 use crate::mesh::TriangleMesh;
+use crate::operand::Operand;
 use crate::places::Places;
 use crate::predicates::{Sign, orient2d, orient3d};
-use crate::query::{Operand, Query};
+use crate::query::Query;
 use crate::transform::RelativePose;
 use crate::traverse::Tree;
 
