@@ -117,6 +117,16 @@ mod tests {
         mesh_is_sound(&TriangleMesh::from_stl(include_bytes!(
             "../seeds/stl/binary.stl"
         ))?);
+        for ply in [
+            &include_bytes!("../seeds/ply/text.ply")[..],
+            include_bytes!("../seeds/ply/little.ply"),
+            include_bytes!("../seeds/ply/big.ply"),
+        ] {
+            mesh_is_sound(&TriangleMesh::from_ply(ply)?);
+        }
+        mesh_is_sound(&TriangleMesh::from_off(include_bytes!(
+            "../seeds/off/square.off"
+        ))?);
         let robot = urdf::parse(include_str!("../seeds/urdf/arm.urdf"), &Default::default())?;
         model_is_sound(&robot.model);
         model_is_sound(&serde_json::from_str(include_str!(

@@ -5,7 +5,7 @@ use std::ops::{ControlFlow, Range};
 use glam::{DVec3, Vec3};
 
 use crate::bounds::{Bounds, LANES, Packet, lanes};
-use crate::exact::decide;
+use crate::criterion::Criterion;
 use crate::mesh::TriangleMesh;
 use crate::moller::PlanedTriangle;
 use crate::predicates::Plane;
@@ -27,18 +27,30 @@ pub(crate) struct ExactTest {
     b: Vec<[DVec3; 3]>,
     b_planes: Vec<Plane>,
     b_bounds: Vec<Packet>,
+    criterion: Criterion,
 }
 
 impl ExactTest {
-    pub(crate) fn new(a: &TriangleMesh, b: &TriangleMesh, pose: &RelativePose) -> Self {
+    pub(crate) fn new(
+        a: &TriangleMesh,
+        b: &TriangleMesh,
+        pose: &RelativePose,
+        criterion: Criterion,
+    ) -> Self {
         let posed: Vec<DVec3> = b.vertices().iter().map(|&v| pose.apply(v)).collect();
         let b = gather(b.triangles(), |i| posed[i]);
-        let packet = |chunk: &[[DVec3; 3]]| Packet::new(chunk.iter().map(Bounds::around));
+        let packet = |chunk: &[[DVec3; 3]]| {
+            let packet = Packet::new(chunk.iter().map(Bounds::around));
+            criterion
+                .reach()
+                .map_or(packet, |reach| packet.grown(reach))
+        };
         Self {
             a: gather(a.triangles(), |i| a.vertices()[i].as_dvec3()),
             b_planes: b.iter().map(|&corners| Plane::through(corners)).collect(),
             b_bounds: b.chunks(LANES).map(packet).collect(),
             b,
+            criterion,
         }
     }
 
@@ -51,7 +63,9 @@ impl ExactTest {
                 let column = index * LANES + lane;
                 let pair = [id(row), id(column)];
                 if sink.wants(pair) {
-                    let decision = decide(triangle, &self.b[column], &self.b_planes[column]);
+                    let decision =
+                        self.criterion
+                            .decide(triangle, &self.b[column], &self.b_planes[column]);
                     sink.decided(&decision);
                     if decision.meet {
                         sink.hit(pair)?;

@@ -66,6 +66,13 @@ impl Collider {
         self.mesh
     }
 
+    /// Takes another mesh, whatever its vertices and triangles, and builds its hierarchy on one thread.
+    ///
+    /// For bodies that break or are cut: references to the collider stay, triangle indices are those of the new mesh.
+    pub fn replace(&mut self, mesh: TriangleMesh) {
+        *self = Self::new(mesh);
+    }
+
     /// Moves the vertices \[m], as many as there are, and refits the hierarchy to them.
     ///
     /// # Errors

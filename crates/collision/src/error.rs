@@ -24,7 +24,7 @@ pub enum MeshError {
         kind: io::ErrorKind,
     },
     /// The extension names no format that can be read.
-    #[error("unknown mesh format: the file name must end in .obj or .stl")]
+    #[error("unknown mesh format: the file name must end in .obj, .stl, .ply or .off")]
     UnknownExtension,
     /// The mesh has no triangle.
     #[error("empty mesh: at least one triangle is needed")]
@@ -95,13 +95,37 @@ pub enum MeshError {
         /// How many vertices it may refer to.
         vertices: usize,
     },
-    /// A polygon of an OBJ file cannot be divided into triangles without changing or guessing its shape.
-    #[error("line {line}: {problem}; triangulate the mesh when exporting it")]
+    /// A face of a PLY or OFF file names a vertex that is not there.
+    #[error("{place}: the face names vertex {index}, but there are {vertices} (counted from 0)")]
+    FaceVertex {
+        /// The face.
+        place: Place,
+        /// The index as written.
+        index: i64,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// A polygon cannot be divided into triangles without changing or guessing its shape.
+    #[error("{place}: {problem}; triangulate the mesh when exporting it")]
     Polygon {
-        /// The line.
-        line: usize,
+        /// The face.
+        place: Place,
         /// What is wrong with it.
         problem: PolygonProblem,
+    },
+    /// A binary PLY file ends too early.
+    #[error("the file ends within {place}: it is damaged or incomplete, export it again")]
+    Truncated {
+        /// The element that is incomplete.
+        place: Place,
+    },
+    /// A binary PLY file goes on after what its header announces.
+    #[error(
+        "the last element ends at byte {byte}, but the file does not: it is damaged, export it again"
+    )]
+    TrailingBytes {
+        /// Where the last element ends.
+        byte: u64,
     },
     /// A binary STL file is not as long as its facet count says.
     #[error(
@@ -135,6 +159,36 @@ pub enum MeshError {
         /// Byte where the facet starts.
         offset: u64,
     },
+}
+
+/// Where in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Place {
+    /// A line of a text file.
+    Line(usize),
+    /// An element of a binary file.
+    Element {
+        /// "vertex", "face", or "element" for others.
+        element: &'static str,
+        /// Its index among those of its kind.
+        index: usize,
+        /// The byte where it starts.
+        byte: u64,
+    },
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Element {
+                element,
+                index,
+                byte,
+            } => write!(f, "{element} {index} (byte {byte})"),
+        }
+    }
 }
 
 /// Why a polygon cannot be divided into triangles.
@@ -173,9 +227,68 @@ pub enum QueryError {
         /// The tolerance given.
         epsilon: f32,
     },
-    /// Classes were asked of a method that has none.
-    #[error("only exact pairs have a class: ask with Method::Exact")]
+    /// More than pairs was asked of a method that has no more.
+    #[error("only exact pairs have classes, curves and distances: ask with Method::Exact")]
     NotExact,
+    /// A distance that is none.
+    #[error("the distance {distance} must be finite, not negative and below 1.7e38")]
+    InvalidDistance {
+        /// The distance given \[m].
+        distance: f64,
+    },
+    /// A point is NaN or infinite.
+    #[error("the point {point:?} has a coordinate that is not finite")]
+    NonFinitePoint {
+        /// The point given \[m].
+        point: [f64; 3],
+    },
+    /// A mesh without inside.
+    #[error(
+        "the mesh is not closed: the side from vertex {} to {} of triangle {triangle} belongs to an odd number of \
+         triangles; close the hole or remove what stands out", side[0], side[1]
+    )]
+    NotClosed {
+        /// A triangle with such a side.
+        triangle: u32,
+        /// The vertices of the side.
+        side: [u32; 2],
+    },
+    /// A body that is not there.
+    #[error("there is no body {body}: there are {bodies}, counted from 0")]
+    NoSuchBody {
+        /// The index given.
+        body: usize,
+        /// How many there are.
+        bodies: usize,
+    },
+    /// A configuration does not place every body.
+    #[error("configuration {configuration} has {found} poses for {expected} bodies")]
+    PoseCount {
+        /// Index of the configuration.
+        configuration: usize,
+        /// The number of bodies.
+        expected: usize,
+        /// The number of poses.
+        found: usize,
+    },
+    /// A question about one of many poses failed.
+    #[error("at pose {index}: {error}")]
+    AtPose {
+        /// Index of the pose.
+        index: usize,
+        /// What went wrong.
+        error: Box<Self>,
+    },
+    /// A question about one of many pairs of bodies failed.
+    #[error("bodies {} and {} in configuration {configuration}: {error}", pair[0], pair[1])]
+    InPair {
+        /// Index of the configuration.
+        configuration: usize,
+        /// The bodies, A first.
+        pair: [usize; 2],
+        /// What went wrong.
+        error: Box<Self>,
+    },
 }
 
 /// One of the two meshes of a query.

@@ -2,8 +2,11 @@
 //!
 //! A [`TriangleMesh`] holds `f32` vertices and triangles in file order. A [`Query`] over two meshes, each with a
 //! pose, answers from cheap to rich: [`any`](Query::any), [`count`](Query::count), [`mask`](Query::mask),
-//! [`pairs`](Query::pairs), [`classified`](Query::classified). Lists are complete and sorted, and the same for every
-//! number of threads. For many queries, a [`Collider`] keeps a mesh with its bounding volume hierarchy.
+//! [`pairs`](Query::pairs), [`classified`](Query::classified), [`curves`](Query::curves),
+//! [`within`](Query::within) a distance. Lists are complete and sorted, and the same for every number of threads. For
+//! many queries, a [`Collider`] keeps a mesh with its bounding volume hierarchy;
+//! [`at_poses`](Query::at_poses) asks about many poses, and [`Links`] about many bodies, in one call. A [`SelfQuery`]
+//! is about one mesh, a [`Solid`] about the inside of a closed one.
 //!
 //! # What exact means
 //!
@@ -49,26 +52,42 @@ mod box_pose;
 mod bvh;
 mod classify;
 mod collider;
+mod construct;
+mod criterion;
 mod culling;
+mod curves;
 mod degenerate;
+mod distance;
 mod error;
 pub mod exact;
 mod format;
+mod links;
+mod meeting;
 mod mesh;
 pub mod moller;
+mod operand;
 mod parallel;
+mod places;
 mod predicates;
 mod query;
+mod self_query;
 mod sink;
+mod solid;
 mod transform;
 mod traverse;
 
 pub use classify::PairClass;
 pub use collider::Collider;
 pub use culling::Culling;
-pub use error::{MeshError, PolygonProblem, PoseProblem, QueryError, Side};
+pub use curves::{Curve, CurvePoint, Curves};
+pub use distance::DistanceBounds;
+pub use error::{MeshError, Place, PolygonProblem, PoseProblem, QueryError, Side};
 pub use format::ply::{PlyPart, write_ply};
+pub use links::Links;
 pub use mesh::TriangleMesh;
-pub use query::{ClassifiedPair, Method, Operand, Query};
+pub use operand::Operand;
+pub use query::{ClassifiedPair, ClosePair, Method, Query};
+pub use self_query::SelfQuery;
 pub use sink::Statistics;
+pub use solid::{Location, Solid};
 pub use transform::RelativePose;

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use crate::error::MeshError;
-use crate::format::{obj, stl};
+use crate::format::{obj, off, ply, stl};
 use crate::predicates::Axis;
 
 /// A triangle mesh: finite `f32` vertices and triangles that index them, both in the order given.
@@ -18,6 +18,9 @@ pub struct TriangleMesh {
     vertices: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
 }
+
+/// What reads a format.
+type Parser = fn(&[u8]) -> Result<TriangleMesh, MeshError>;
 
 impl TriangleMesh {
     /// A mesh from its vertices \[m] and its triangles, three vertex indices each.
@@ -47,23 +50,24 @@ impl TriangleMesh {
         })
     }
 
-    /// Reads a mesh file; the extension (.obj or .stl, in any case) says in which format.
+    /// Reads a mesh file; the extension (.obj, .stl, .ply or .off, in any case) says in which format.
     ///
     /// # Errors
     ///
-    /// Always a [`MeshError::InFile`], with what [`from_obj`](Self::from_obj) or [`from_stl`](Self::from_stl) says, or
-    /// with why the file cannot be read.
+    /// Always a [`MeshError::InFile`], with what [`from_obj`](Self::from_obj), [`from_stl`](Self::from_stl),
+    /// [`from_ply`](Self::from_ply) or [`from_off`](Self::from_off) says, or with why the file cannot be read.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, MeshError> {
         let path = path.as_ref();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        let parse = if extension.eq_ignore_ascii_case("obj") {
-            Ok(Self::from_obj as fn(&[u8]) -> Result<Self, MeshError>)
-        } else if extension.eq_ignore_ascii_case("stl") {
-            Ok(Self::from_stl as _)
-        } else {
-            Err(MeshError::UnknownExtension)
+        let parse: Option<Parser> = match extension.to_ascii_lowercase().as_str() {
+            "obj" => Some(Self::from_obj),
+            "stl" => Some(Self::from_stl),
+            "ply" => Some(Self::from_ply),
+            "off" => Some(Self::from_off),
+            _ => None,
         };
         parse
+            .ok_or(MeshError::UnknownExtension)
             .and_then(|parse| {
                 let bytes = std::fs::read(path).map_err(|e| MeshError::Read { kind: e.kind() })?;
                 parse(&bytes)
@@ -96,6 +100,31 @@ impl TriangleMesh {
     /// [`new`](Self::new) says.
     pub fn from_stl(bytes: &[u8]) -> Result<Self, MeshError> {
         stl::read(bytes)
+    }
+
+    /// Reads a PLY file: text, or binary of either byte order.
+    ///
+    /// Vertices are those of the element `vertex`, triangles those of the lists `vertex_indices` (or `vertex_index`)
+    /// of the element `face`, both in the order of the file; coordinates are rounded to the nearest `f32`, and polygons
+    /// divided as in OBJ files. Other elements and properties are passed over.
+    ///
+    /// # Errors
+    ///
+    /// Malformed headers, elements that are cut off or followed by something else, indices out of range and polygons
+    /// that cannot be divided, each with its line or its element and byte; and what [`new`](Self::new) says.
+    pub fn from_ply(bytes: &[u8]) -> Result<Self, MeshError> {
+        ply::read(bytes)
+    }
+
+    /// Reads an OFF file in text, one vertex or face a line; the same polygons as of OBJ files. Normals, colours and
+    /// texture coordinates are passed over.
+    ///
+    /// # Errors
+    ///
+    /// Malformed lines, indices out of range and polygons that cannot be divided, each with its line; and what
+    /// [`new`](Self::new) says.
+    pub fn from_off(bytes: &[u8]) -> Result<Self, MeshError> {
+        off::read(bytes)
     }
 
     /// Writes the mesh as Wavefront OBJ; reading it back gives the same mesh.

@@ -55,6 +55,24 @@ pub(crate) fn map<T: Send>(
     (0..count).map(function).collect()
 }
 
+/// The function's values at 0..count, in this order; each is computed when a thread comes free.
+pub(crate) fn in_order<T: Send>(
+    threads: usize,
+    count: usize,
+    function: impl Fn(usize) -> T + Send + Sync,
+) -> Vec<T> {
+    let keep = |index, values: &mut Vec<(usize, T)>| {
+        values.push((index, function(index)));
+        ControlFlow::Continue(())
+    };
+    let mut values: Vec<_> = share(threads, count, Vec::new, keep)
+        .into_iter()
+        .flatten()
+        .collect();
+    values.sort_unstable_by_key(|(index, _)| *index);
+    values.into_iter().map(|(_, value)| value).collect()
+}
+
 /// Hands the tasks 0..count to workers as they come free, one state a worker, until a task breaks.
 ///
 /// Which state gets which tasks depends on timing, so callers merge states by operations that do not care.

@@ -1,22 +1,26 @@
 //! Queries over two meshes, from cheap to rich.
 
-use std::borrow::Cow;
-
+use glam::DVec3;
 use vertebra_spatial::Pose;
 
 use crate::all_pairs::{ExactTest, MollerTest};
 use crate::bounds::Bounds;
-use crate::bvh::Bvh;
 use crate::classify::{PairClass, classify};
-use crate::collider::Collider;
+use crate::criterion::Criterion;
 use crate::culling::Culling;
+use crate::curves::{Builder, Corners, Curves};
+use crate::distance::DistanceBounds;
 use crate::error::QueryError;
 use crate::mesh::TriangleMesh;
 use crate::moller;
+use crate::operand::Operand;
 use crate::parallel;
 use crate::sink::{Any, Count, Mask, Pairs, Sink, Statistics, run};
 use crate::transform::RelativePose;
 use crate::traverse::{Tree, TreeTest};
+
+/// Distances asked for must stay below this \[m].
+const FARTHEST: f64 = f64::from_bits((1023 + 127) << 52);
 
 /// How pairs of triangles are tested.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,53 +43,6 @@ impl Method {
     };
 }
 
-/// A mesh as a query takes it: as it is, or prepared.
-#[derive(Clone, Copy, Debug)]
-pub enum Operand<'a> {
-    /// A mesh without hierarchy; each query builds what it needs.
-    Mesh(&'a TriangleMesh),
-    /// A mesh with one.
-    Collider(&'a Collider),
-}
-
-impl<'a> Operand<'a> {
-    fn mesh(self) -> &'a TriangleMesh {
-        match self {
-            Self::Mesh(mesh) => mesh,
-            Self::Collider(collider) => collider.mesh(),
-        }
-    }
-
-    fn bounds(self) -> Bounds {
-        match self {
-            Self::Mesh(mesh) => Bounds::of(mesh.vertices()),
-            Self::Collider(collider) => collider.bvh().bounds(),
-        }
-    }
-
-    /// A tree over at least the triangles that reach into the region.
-    fn tree(self, region: &Bounds, threads: usize) -> Tree<'a> {
-        let mesh = self.mesh();
-        let bvh = match self {
-            Self::Mesh(mesh) => Cow::Owned(Bvh::new(mesh, Some(region), threads)),
-            Self::Collider(collider) => Cow::Borrowed(collider.bvh()),
-        };
-        Tree { mesh, bvh }
-    }
-}
-
-impl<'a> From<&'a TriangleMesh> for Operand<'a> {
-    fn from(mesh: &'a TriangleMesh) -> Self {
-        Self::Mesh(mesh)
-    }
-}
-
-impl<'a> From<&'a Collider> for Operand<'a> {
-    fn from(collider: &'a Collider) -> Self {
-        Self::Collider(collider)
-    }
-}
-
 /// Two triangles that meet, and in what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ClassifiedPair {
@@ -97,12 +54,23 @@ pub struct ClassifiedPair {
     pub class: PairClass,
 }
 
+/// Two triangles that are close, and how close.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosePair {
+    /// The triangle of A.
+    pub a: u32,
+    /// The triangle of B.
+    pub b: u32,
+    /// How far apart they are.
+    pub distance: DistanceBounds,
+}
+
 /// A question about the colliding pairs of two meshes: set it up, then ask.
 ///
 /// Unless said otherwise both meshes stand where their files put them, the method is exact, and one thread works.
 /// Answers do not depend on the number of threads, nor on how pairs are culled.
 ///
-/// For many questions about the same meshes, prepare them as [`Collider`]s.
+/// For many questions about the same meshes, prepare them as [`Collider`](crate::Collider)s.
 ///
 /// ```no_run
 /// use vertebra_collision::{Query, TriangleMesh};
@@ -125,7 +93,7 @@ pub struct Query<'a> {
 }
 
 impl<'a> Query<'a> {
-    /// A query over A and B, each a [`TriangleMesh`] or a [`Collider`].
+    /// A query over A and B, each a [`TriangleMesh`] or a [`Collider`](crate::Collider).
     pub fn new(a: impl Into<Operand<'a>>, b: impl Into<Operand<'a>>) -> Self {
         Self {
             a: a.into(),
@@ -154,6 +122,12 @@ impl<'a> Query<'a> {
     /// A pose that [`RelativePose::between`] refuses.
     pub fn pose_b(self, b: Pose) -> Result<Self, QueryError> {
         self.poses(Pose::IDENTITY, b)
+    }
+
+    /// Places mesh B as this relative pose says.
+    pub fn relative(mut self, pose: RelativePose) -> Self {
+        self.pose = pose;
+        self
     }
 
     /// Chooses the test.
@@ -228,19 +202,138 @@ impl<'a> Query<'a> {
     ///
     /// [`QueryError::NotExact`] for other methods than [`Method::Exact`].
     pub fn classified(&self) -> Result<Vec<ClassifiedPair>, QueryError> {
-        if self.method != Method::Exact {
-            return Err(QueryError::NotExact);
-        }
+        self.check_exact()?;
         let pairs = self.pairs()?;
         let (a, b) = (self.a.mesh(), self.b.mesh());
         let class = |index: usize| {
             let [i, j] = pairs[index];
-            let posed = b.wide_triangle(j).map(|v| self.pose.apply_wide(v));
-            let class = classify(&a.wide_triangle(i), &posed)?;
+            let class = classify(&a.wide_triangle(i), &self.posed(b, j))?;
             Some(ClassifiedPair { a: i, b: j, class })
         };
         let classes = parallel::map(parallel::available(self.threads), pairs.len(), class);
         Ok(classes.into_iter().flatten().collect())
+    }
+
+    /// Where the surfaces meet, as polylines in the frame of A.
+    ///
+    /// ```
+    /// use glam::{DVec3, Vec3};
+    /// use vertebra_collision::{Query, TriangleMesh};
+    ///
+    /// let floor = [[-9.0, -9.0], [9.0, -9.0], [0.0, 9.0]].map(|[x, y]| Vec3::new(x, y, 0.25)).to_vec();
+    /// let floor = TriangleMesh::new(floor, vec![[0, 1, 2]])?;
+    /// let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z];
+    /// let tetrahedron = TriangleMesh::new(corners, vec![[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])?;
+    /// let curves = Query::new(&tetrahedron, &floor).curves()?;
+    /// let [outline] = curves.curves() else { panic!("one curve") };
+    /// assert!(outline.closed);
+    /// assert_eq!(curves.positions(outline).count(), 3);
+    /// assert!(curves.positions(outline).any(|p| p == DVec3::new(0.75, 0.0, 0.25)));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`QueryError::NotExact`] for other methods than [`Method::Exact`].
+    pub fn curves(&self) -> Result<Curves, QueryError> {
+        self.check_exact()?;
+        let pairs = self.pairs()?;
+        let (a, b) = (self.a.mesh(), self.b.mesh());
+        let a = Corners::new(pairs.iter().map(|[i, _]| *i), |i| a.wide_triangle(i));
+        let b = Corners::new(pairs.iter().map(|[_, j]| *j), |j| self.posed(b, j));
+        let mut builder = Builder::new(&a, Some(&b));
+        for pair in pairs {
+            builder.add(pair);
+        }
+        Ok(builder.finish())
+    }
+
+    /// All pairs that are no further apart than a distance \[m], in lexicographic order, each with bounds on how far.
+    ///
+    /// Pairs at distance 0 are exactly those of [`pairs`](Self::pairs). Of others, one is left out only if its lower
+    /// bound is above the distance; so ties are listed, no pair is missed, and a pair whose upper bound is above the
+    /// distance may be further apart than asked, by the difference of its bounds at most.
+    ///
+    /// ```
+    /// use glam::{DVec3, Vec3};
+    /// use vertebra_collision::{Query, TriangleMesh};
+    /// use vertebra_spatial::Pose;
+    ///
+    /// let tile = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+    /// let query = Query::new(&tile, &tile).pose_b(Pose::from_translation(DVec3::Z * 0.5))?;
+    /// assert!(query.within(0.499)?.is_empty());
+    /// let [pair] = query.within(0.5)?[..] else { panic!("one pair") };
+    /// assert!((pair.distance.upper - 0.5).abs() < 1e-12);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`QueryError::InvalidDistance`]; [`QueryError::NotExact`] for other methods than [`Method::Exact`].
+    pub fn within(&self, distance: f64) -> Result<Vec<ClosePair>, QueryError> {
+        self.check_exact()?;
+        if !(0.0..FARTHEST).contains(&distance) {
+            return Err(QueryError::InvalidDistance { distance });
+        }
+        let criterion = if distance > 0.0 {
+            Criterion::Within(distance)
+        } else {
+            Criterion::Meet
+        };
+        let pairs = Pairs::sorted(self.run_exact(criterion, Pairs::default));
+        let (a, b) = (self.a.mesh(), self.b.mesh());
+        let close = |index: usize| {
+            let [i, j] = pairs[index];
+            let distance = DistanceBounds::of(&a.wide_triangle(i), &self.posed(b, j));
+            ClosePair {
+                a: i,
+                b: j,
+                distance,
+            }
+        };
+        let threads = parallel::available(self.threads);
+        Ok(parallel::map(threads, pairs.len(), close))
+    }
+
+    /// Asks the same for many poses of B, seen from A: the answers in their order. This query's own pose is left out of
+    /// account; its threads share the poses.
+    ///
+    /// Prepare the meshes as [`Collider`](crate::Collider)s, unless they are small: each pose asks anew.
+    ///
+    /// ```
+    /// use glam::{DVec3, Vec3};
+    /// use vertebra_collision::{Collider, Query, TriangleMesh};
+    /// use vertebra_spatial::Pose;
+    ///
+    /// let tile = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+    /// let tile = Collider::new(tile);
+    /// let poses = [0.0, 0.5, 1.5].map(|x| Pose::from_translation(DVec3::X * x));
+    /// let hits = Query::new(&tile, &tile).at_poses(&poses, |query| query.any())?;
+    /// assert_eq!(hits, [true, true, false]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`QueryError::AtPose`] with the first pose that is refused or about which the question failed.
+    pub fn at_poses<T: Send>(
+        &self,
+        poses: &[Pose],
+        question: impl Fn(&Self) -> Result<T, QueryError> + Send + Sync,
+    ) -> Result<Vec<T>, QueryError> {
+        let answer = |index: usize| {
+            let query = self.clone().threads(1).pose_b(poses[index]);
+            query
+                .and_then(|query| question(&query))
+                .map_err(|error| QueryError::AtPose {
+                    index,
+                    error: Box::new(error),
+                })
+        };
+        let threads = parallel::available(self.threads);
+        parallel::in_order(threads, poses.len(), answer)
+            .into_iter()
+            .collect()
     }
 
     /// How often each stage of the exact test decides, over the pairs that [`count`](Self::count) looks at.
@@ -257,12 +350,7 @@ impl<'a> Query<'a> {
         let (a, b) = (self.a.mesh(), self.b.mesh());
         let threads = parallel::available(self.threads);
         match self.method {
-            Method::Exact if self.uses_bvh() => {
-                let (a, b) = self.trees(threads);
-                let test = TreeTest::new(a, b, &self.pose, threads);
-                Ok(run(&test, threads, new_sink))
-            }
-            Method::Exact => Ok(run(&ExactTest::new(a, b, &self.pose), threads, new_sink)),
+            Method::Exact => Ok(self.run_exact(Criterion::Meet, new_sink)),
             Method::Moller { epsilon } if epsilon.is_finite() && epsilon >= 0.0 => {
                 let test = MollerTest::new(a, b, &self.pose, epsilon);
                 Ok(run(&test, threads, new_sink))
@@ -271,27 +359,55 @@ impl<'a> Query<'a> {
         }
     }
 
+    fn run_exact<S: Sink>(
+        &self,
+        criterion: Criterion,
+        new_sink: impl Fn() -> S + Send + Sync,
+    ) -> Vec<S> {
+        let threads = parallel::available(self.threads);
+        if self.uses_bvh() {
+            let (a, b) = self.trees(criterion, threads);
+            let test = TreeTest::new(a, b, &self.pose, criterion, threads);
+            run(&test, threads, new_sink)
+        } else {
+            let (a, b) = (self.a.mesh(), self.b.mesh());
+            let test = ExactTest::new(a, b, &self.pose, criterion);
+            run(&test, threads, new_sink)
+        }
+    }
+
+    /// A triangle of B, seen from A.
+    fn posed(&self, b: &TriangleMesh, triangle: u32) -> [DVec3; 3] {
+        b.wide_triangle(triangle).map(|v| self.pose.apply_wide(v))
+    }
+
+    fn check_exact(&self) -> Result<(), QueryError> {
+        match self.method {
+            Method::Exact => Ok(()),
+            Method::Moller { .. } => Err(QueryError::NotExact),
+        }
+    }
+
     fn uses_bvh(&self) -> bool {
-        let unprepared = [self.a, self.b]
-            .iter()
-            .map(|operand| match operand {
-                Operand::Mesh(mesh) => mesh.len(),
-                Operand::Collider(_) => 0,
-            })
-            .sum();
+        let unprepared = self.a.unprepared() + self.b.unprepared();
         let sizes = [self.a, self.b].map(|operand| operand.mesh().len());
         self.culling.uses_bvh(sizes, unprepared)
     }
 
     /// The trees of both meshes; those built here leave out what is beyond the reach of the other mesh.
-    fn trees(&self, threads: usize) -> (Tree<'a>, Tree<'a>) {
-        let reach_of_b = self.pose.boxes().apply(&self.b.bounds());
-        let common = self.a.bounds().intersection(&reach_of_b);
-        let common_in_b = self.pose.inverse_boxes().apply(&common);
+    fn trees(&self, criterion: Criterion, threads: usize) -> (Tree<'a>, Tree<'a>) {
+        let (a, b) = (self.a.bounds(), self.pose.boxes().apply(&self.b.bounds()));
+        let near = |bounds: &Bounds| {
+            criterion
+                .reach()
+                .map_or(*bounds, |reach| bounds.grown(reach))
+        };
+        let near_b = a.intersection(&near(&b));
+        let near_a = self.pose.inverse_boxes().apply(&near(&a).intersection(&b));
         parallel::join(
             threads,
-            || self.a.tree(&common, threads / 2),
-            || self.b.tree(&common_in_b, threads - threads / 2),
+            || self.a.tree(&near_b, threads / 2),
+            || self.b.tree(&near_a, threads - threads / 2),
         )
     }
 }

@@ -12,7 +12,7 @@ use glam::DVec3;
 use crate::bounds::{Bounds, LANES, Packet, lanes};
 use crate::box_pose::BoxPose;
 use crate::bvh::Bvh;
-use crate::exact::decide;
+use crate::criterion::Criterion;
 use crate::mesh::TriangleMesh;
 use crate::predicates::Plane;
 use crate::sink::{PairTest, Sink};
@@ -22,6 +22,7 @@ use crate::transform::RelativePose;
 const TASKS_A_THREAD: usize = 32;
 
 /// A mesh and a tree over those of its triangles that matter.
+#[derive(Debug)]
 pub(crate) struct Tree<'a> {
     pub(crate) mesh: &'a TriangleMesh,
     pub(crate) bvh: Cow<'a, Bvh>,
@@ -32,6 +33,7 @@ pub(crate) struct TreeTest<'a> {
     a: Tree<'a>,
     b: Tree<'a>,
     pose: &'a RelativePose,
+    criterion: Criterion,
     /// None if B's boxes are good for A's frame as they are.
     boxes: Option<BoxPose>,
     /// The level of B whose nodes are the tasks.
@@ -41,7 +43,13 @@ pub(crate) struct TreeTest<'a> {
 }
 
 impl<'a> TreeTest<'a> {
-    pub(crate) fn new(a: Tree<'a>, b: Tree<'a>, pose: &'a RelativePose, threads: usize) -> Self {
+    pub(crate) fn new(
+        a: Tree<'a>,
+        b: Tree<'a>,
+        pose: &'a RelativePose,
+        criterion: Criterion,
+        threads: usize,
+    ) -> Self {
         let in_place = *pose == RelativePose::IDENTITY;
         // Descending the smaller tree makes for fewer and longer lists; but posed triangles should be those of B.
         let swapped = in_place && a.mesh.len() < b.mesh.len();
@@ -60,17 +68,21 @@ impl<'a> TreeTest<'a> {
             a,
             b,
             pose,
+            criterion,
             task_level,
             swapped,
         }
     }
 
-    /// The boxes of B as A sees them.
+    /// The boxes of B as A sees them, by the reach of the criterion larger.
     fn posed(&self, packet: &Packet) -> Packet {
-        match &self.boxes {
+        let posed = match &self.boxes {
             None => *packet,
             Some(pose) => pose.apply_packet(packet),
-        }
+        };
+        self.criterion
+            .reach()
+            .map_or(posed, |reach| posed.grown(reach))
     }
 }
 
@@ -168,6 +180,7 @@ impl<S: Sink> Descent<'_, S> {
             b,
             pose,
             boxes,
+            criterion,
             swapped,
             ..
         } = self.test;
@@ -202,6 +215,9 @@ impl<S: Sink> Descent<'_, S> {
                     if boxes.is_some() {
                         // The box of a posed box is larger than that of the posed triangle.
                         bounds = Bounds::around(&triangle.corners);
+                        if let Some(reach) = criterion.reach() {
+                            bounds = bounds.grown(reach);
+                        }
                         mask &= boxes_a.overlaps(&bounds);
                     }
                     triangle
@@ -215,7 +231,8 @@ impl<S: Sink> Descent<'_, S> {
                     };
                     if self.sink.wants(pair) {
                         let corners = a.mesh.wide_triangle(row);
-                        let decision = decide(&corners, &triangle.corners, &triangle.plane);
+                        let decision =
+                            criterion.decide(&corners, &triangle.corners, &triangle.plane);
                         self.sink.decided(&decision);
                         if decision.meet {
                             self.sink.hit(pair)?;

@@ -16,8 +16,9 @@ pub use vertebra_assembly::{
     State, Units, generate, schedule,
 };
 pub use vertebra_collision::{
-    self as collision, Collider, Culling, MeshError, Method, PairClass, PlyPart, Query, QueryError,
-    RelativePose, TriangleMesh, write_ply,
+    self as collision, Collider, Culling, Curves, DistanceBounds, Links, Location, MeshError,
+    Method, PairClass, PlyPart, Query, QueryError, RelativePose, SelfQuery, Solid, TriangleMesh,
+    write_ply,
 };
 pub use vertebra_dynamics::{
     self as dynamics, Algorithm, BodyForce, BodyMotion, Choice, DcaOptions, DcaWorkspace, Error,

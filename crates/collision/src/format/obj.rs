@@ -9,7 +9,7 @@ use glam::Vec3;
 
 use super::polygon;
 use super::text::{coordinates, number, parse, syntax, without_mark, words};
-use crate::error::{MeshError, PolygonProblem};
+use crate::error::{MeshError, Place};
 use crate::mesh::{TriangleMesh, check_count};
 
 /// Statements without bearing on the triangles.
@@ -156,22 +156,10 @@ fn divide(
         }),
     };
     let ids = face.iter().map(id).collect::<Result<Vec<u32>, _>>()?;
-    let refuse = |problem| MeshError::Polygon { line, problem };
-    let [first, rest @ ..] = ids.as_slice() else {
-        return Err(refuse(PolygonProblem::TooFewVertices));
-    };
-    if rest.len() < 2 {
-        return Err(refuse(PolygonProblem::TooFewVertices));
-    }
-    if rest.len() > 2 {
-        let positions: Vec<_> = ids
-            .iter()
-            .map(|&i| vertices[i as usize].as_dvec3())
-            .collect();
-        polygon::check(&positions).map_err(refuse)?;
-    }
-    triangles.extend(rest.windows(2).map(|edge| [*first, edge[0], edge[1]]));
-    Ok(())
+    polygon::fan(&ids, vertices, triangles).map_err(|problem| MeshError::Polygon {
+        place: Place::Line(line),
+        problem,
+    })
 }
 
 /// The statements of a file with the lines where they start, comments removed and continued lines joined.

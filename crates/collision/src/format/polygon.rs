@@ -1,6 +1,6 @@
 //! Which polygons may be divided into a fan of triangles: planar and convex ones, up to rounding.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 use crate::error::PolygonProblem;
 
@@ -12,13 +12,32 @@ const RELATIVE_TOLERANCE: f64 = 1e-4;
 /// How far rounding may have moved a corner, as a fraction of its largest coordinate: files often have six digits.
 const ROUNDING: f64 = 1.0 / 1048576.0;
 
+/// Divides a polygon into triangles, a fan from its first corner, if that is the only way to understand it.
+///
+/// The corners must be indices of the vertices.
+pub(super) fn fan(
+    corners: &[u32],
+    vertices: &[Vec3],
+    triangles: &mut Vec<[u32; 3]>,
+) -> Result<(), PolygonProblem> {
+    let (&[first, ref rest @ ..], 3..) = (corners, corners.len()) else {
+        return Err(PolygonProblem::TooFewVertices);
+    };
+    if rest.len() > 2 {
+        let position = |&i: &u32| vertices[i as usize].as_dvec3();
+        check(&corners.iter().map(position).collect::<Vec<_>>())?;
+    }
+    triangles.extend(rest.windows(2).map(|side| [first, side[0], side[1]]));
+    Ok(())
+}
+
 /// Checks that a polygon of at least four corners is planar and convex, hence the union of its fan from any corner.
 ///
 /// With c the mean of the corners, r their largest distance from it and m the largest coordinate, corners may be off
 /// by the tolerance t = 1e-4 r + 2^-20 m. The plane goes through c with Newell's normal (the sum of the cross products
 /// of successive corners, twice the vector area). The polygon is planar if no corner is further than t from the plane,
 /// and convex if it turns right at no corner by more than t allows and turns around once in all.
-pub(super) fn check(corners: &[DVec3]) -> Result<(), PolygonProblem> {
+fn check(corners: &[DVec3]) -> Result<(), PolygonProblem> {
     let mut corners = corners.to_vec();
     corners.dedup();
     while corners.len() > 1 && corners.first() == corners.last() {

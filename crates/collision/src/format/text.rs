@@ -30,18 +30,18 @@ pub(super) fn coordinates<'a>(
     let mut coordinates = [0.0; 3];
     for coordinate in &mut coordinates {
         let word = words.next().unwrap_or_default();
-        *coordinate = finite(line, "three decimal numbers", word)?;
+        *coordinate = nearest(line, "three decimal numbers", word)?;
     }
     Ok(coordinates)
 }
 
 /// A finite number.
 pub(super) fn number(line: usize, word: &[u8]) -> Result<f32, MeshError> {
-    finite(line, "a decimal number", word)
+    nearest(line, "a decimal number", word)
 }
 
-/// A finite number, where the line should have what is expected.
-fn finite(line: usize, expected: &'static str, word: &[u8]) -> Result<f32, MeshError> {
+/// A number, where the line should have what is expected; finite, and rounded to the nearest `f32`.
+pub(super) fn nearest(line: usize, expected: &'static str, word: &[u8]) -> Result<f32, MeshError> {
     let value: f32 = parse(word).ok_or_else(|| syntax(line, expected, word))?;
     if value.is_finite() {
         Ok(value)

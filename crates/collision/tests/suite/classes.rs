@@ -1,9 +1,9 @@
 //! The class of a pair against the dimension of the intersection in exact arithmetic.
 
-use crate::support::{ORDERS, Random, Triangle, decompose, gold_mesh};
+use crate::support::{Exact, ORDERS, Random, Rational, Triangle, decompose, gold_mesh, rational};
 use glam::DVec3;
 use num_bigint::BigInt;
-use num_traits::{FromPrimitive, Signed};
+use num_traits::{FromPrimitive, Signed, ToPrimitive};
 use vertebra_collision::exact::{classify, triangles_intersect};
 use vertebra_collision::{Method, PairClass, Query, QueryError, TriangleMesh};
 
@@ -35,10 +35,10 @@ fn echelon<T: Clone + Signed>(rows: &mut [Vec<T>]) -> Vec<usize> {
     pivots
 }
 
-/// The dimension of the intersection of two hulls, by enumeration: it is the hull of the points that the vertices of
-/// the polytope { l, m >= 0, sum l = sum m = 1, sum l a = sum m b } map to, and those vertices are its members whose
-/// positive weights belong to independent columns.
-fn dimension<T: Clone + Ord + Signed>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> Option<usize> {
+/// Points whose hull is the intersection of two hulls, in homogeneous coordinates: what the vertices of the polytope
+/// { l, m >= 0, sum l = sum m = 1, sum l a = sum m b } map to. They are its members whose positive weights belong to
+/// independent columns.
+fn spanning_points<T: Clone + Ord + Signed>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> Vec<Vec<T>> {
     let column = |c: usize| -> Vec<T> {
         let (one, zero) = (T::one(), T::zero());
         if c < 3 {
@@ -85,6 +85,40 @@ fn dimension<T: Clone + Ord + Signed>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> Optio
         }
         points.push(point);
     }
+    points
+}
+
+/// The same for `f64` points, each exactly and rounded.
+pub(crate) fn meeting_points(a: &Triangle, b: &Triangle) -> Vec<(Exact, DVec3)> {
+    let numbers = || a.iter().chain(b).flat_map(|p| p.to_array());
+    let exponents = numbers().filter(|&x| x != 0.0).map(|x| decompose(x).1);
+    let lowest = exponents.min().unwrap_or(0);
+    let integer = |x: f64| {
+        let (mantissa, exponent) = decompose(x);
+        let shift = if x == 0.0 { 0 } else { exponent - lowest };
+        BigInt::from(mantissa) << shift
+    };
+    let integers = |t: &Triangle| t.map(|p| p.to_array().map(integer));
+    let unit = rational(2.0_f64.powi(lowest));
+    let point = |p: Vec<BigInt>| {
+        let affine = [0, 1, 2].map(|k| Rational::new(p[k].clone(), p[3].clone()) * &unit);
+        let rounded = affine.each_ref().map(|x| {
+            // Both shortened alike, so that they fit.
+            let shift = x.denom().bits().saturating_sub(900);
+            let short = |n: &BigInt| (n >> shift).to_f64().unwrap();
+            short(x.numer()) / short(x.denom())
+        });
+        (affine, DVec3::from(rounded))
+    };
+    spanning_points(&integers(a), &integers(b))
+        .into_iter()
+        .map(point)
+        .collect()
+}
+
+/// The dimension of the intersection of two hulls.
+fn dimension<T: Clone + Ord + Signed>(a: &[[T; 3]; 3], b: &[[T; 3]; 3]) -> Option<usize> {
+    let mut points = spanning_points(a, b);
     // In homogeneous coordinates, n + 1 independent points span n dimensions.
     (!points.is_empty()).then(|| echelon(&mut points).len() - 1)
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
-use vertebra_collision::{MeshError, PlyPart, PolygonProblem, TriangleMesh, write_ply};
+use vertebra_collision::{MeshError, Place, PlyPart, PolygonProblem, TriangleMesh, write_ply};
 use vertebra_spatial::Pose;
 
 use crate::support::gold_mesh;
@@ -59,7 +59,10 @@ fn obj_polygons_become_fans() {
     let refused = |text: &str, line, problem| {
         assert_eq!(
             with_corners(text),
-            Err(MeshError::Polygon { line, problem }),
+            Err(MeshError::Polygon {
+                place: Place::Line(line),
+                problem
+            }),
             "{text}"
         );
     };
@@ -406,7 +409,7 @@ fn read_goes_by_extension_and_names_the_file() {
         MeshError::InFile { path: named, error } if named == path => *error,
         error => panic!("{error:?}"),
     };
-    for name in ["c.ply", "d", "obj", ".obj"] {
+    for name in ["c.glb", "d", "obj", ".obj"] {
         let path = file(name, good.as_bytes());
         assert_eq!(in_file(&path), MeshError::UnknownExtension, "{name}");
     }

@@ -9,11 +9,18 @@
     reason = "coordinates are rounded to f32 on purpose, and counts are small"
 )]
 
+mod batches;
 mod classes;
 mod culling;
+mod curves;
+mod distances;
 mod exact;
 mod files;
 mod gold;
+mod hard_cases;
+mod ply_off;
 mod published;
 mod readers;
+mod self_collision;
+mod solids;
 mod support;

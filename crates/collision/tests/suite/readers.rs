@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use vertebra_collision::{MeshError, TriangleMesh};
 
 use crate::files::{TEXT_STL, binary_stl};
+use crate::ply_off::{OFF, TEXT_PLY, binary_ply};
 
 const OBJ: &str = "# a comment\nmtllib m.mtl\no thing\nv 0 0 0\nv 1.5e-3 0 -0\nv +1 .5 0.\nv 0 1 0 1.0\nvn 0 0 1\n\
                    vt 0.5 0.5\ng group\nusemtl red\nf 1 2 3\nf 1/1 3/1 4/1\r\nf -4//1 \\\n-3//1 -2//1 -1//1\ns off\n";
@@ -23,9 +24,11 @@ fn valid(result: Result<TriangleMesh, MeshError>) {
     }
 }
 
-fn both(bytes: &[u8]) {
+fn by_all(bytes: &[u8]) {
     valid(TriangleMesh::from_obj(bytes));
     valid(TriangleMesh::from_stl(bytes));
+    valid(TriangleMesh::from_ply(bytes));
+    valid(TriangleMesh::from_off(bytes));
 }
 
 /// A change to a file: overwrite, insert, remove or repeat a piece.
@@ -57,6 +60,14 @@ fn piece() -> impl Strategy<Value = Vec<u8>> {
         "facet normal",
         "vertex",
         "9223372036854775808",
+        "OFF\n",
+        "ply\nformat ascii 1.0\n",
+        "element vertex ",
+        "element face ",
+        "property ",
+        "list uchar int vertex_indices\n",
+        "float x\n",
+        "end_header\n",
     ];
     prop_oneof![
         vec(any::<u8>(), 1..8),
@@ -104,25 +115,29 @@ proptest! {
 
     #[test]
     fn arbitrary_bytes(bytes in vec(any::<u8>(), 0..400)) {
-        both(&bytes);
+        by_all(&bytes);
     }
 
     #[test]
     fn arbitrary_words(pieces in vec(piece(), 0..60)) {
-        both(&pieces.join(&b' '));
+        by_all(&pieces.join(&b' '));
     }
 
     #[test]
-    fn damaged_files(which in 0..3_usize, damages in vec(damage(), 1..5)) {
+    fn damaged_files(which in 0..7_usize, damages in vec(damage(), 1..5)) {
         let mut file = match which {
             0 => OBJ.as_bytes().to_vec(),
             1 => TEXT_STL.as_bytes().to_vec(),
+            2 => TEXT_PLY.as_bytes().to_vec(),
+            3 => OFF.as_bytes().to_vec(),
+            4 => binary_ply(false),
+            5 => binary_ply(true),
             _ => binary_stl(4),
         };
         for damage in &damages {
             apply(&mut file, damage);
         }
-        both(&file);
+        by_all(&file);
     }
 
     /// Bytes behind a header that fits them: the numbers themselves.

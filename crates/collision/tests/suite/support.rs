@@ -173,3 +173,75 @@ pub(crate) fn gold_path(name: &str) -> PathBuf {
 pub(crate) fn gold_mesh(name: &str) -> TriangleMesh {
     TriangleMesh::read(gold_path(&format!("{name}.obj"))).unwrap()
 }
+
+/// An exact number.
+pub(crate) type Rational = num_rational::Ratio<BigInt>;
+
+pub(crate) fn rational(x: f64) -> Rational {
+    let (mantissa, exponent) = decompose(x);
+    let power = BigInt::from(1) << exponent.unsigned_abs();
+    let mantissa = BigInt::from(mantissa);
+    if exponent < 0 {
+        Rational::new(mantissa, power)
+    } else {
+        Rational::from_integer(mantissa * power)
+    }
+}
+
+/// A point of exact coordinates.
+pub(crate) type Exact = [Rational; 3];
+
+pub(crate) fn exact(p: DVec3) -> Exact {
+    p.to_array().map(rational)
+}
+
+pub(crate) fn minus(p: &Exact, q: &Exact) -> Exact {
+    [0, 1, 2].map(|k| &p[k] - &q[k])
+}
+
+pub(crate) fn dot(p: &Exact, q: &Exact) -> Rational {
+    &p[0] * &q[0] + &p[1] * &q[1] + &p[2] * &q[2]
+}
+
+pub(crate) fn cross(p: &Exact, q: &Exact) -> Exact {
+    [(1, 2), (2, 0), (0, 1)].map(|(i, j)| &p[i] * &q[j] - &p[j] * &q[i])
+}
+
+/// p + (q - p) t.
+pub(crate) fn between(p: &Exact, q: &Exact, t: &Rational) -> Exact {
+    [0, 1, 2].map(|k| &p[k] + (&q[k] - &p[k]) * t)
+}
+
+/// The same triangles with three vertices of their own each.
+pub(crate) fn exploded(mesh: &TriangleMesh) -> TriangleMesh {
+    let vertices = (0..mesh.len()).flat_map(|i| mesh.triangle(i)).collect();
+    let triangles = (0..mesh.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+    TriangleMesh::new(vertices, triangles.collect()).unwrap()
+}
+
+/// A box as a closed mesh of twelve triangles, counter-clockwise from outside.
+pub(crate) fn cuboid(min: Vec3, max: Vec3) -> TriangleMesh {
+    let corner = |i: usize| {
+        let pick = |k: usize| if i >> k & 1 == 1 { max[k] } else { min[k] };
+        Vec3::new(pick(0), pick(1), pick(2))
+    };
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let triangles = quads
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    TriangleMesh::new((0..8).map(corner).collect(), triangles.collect()).unwrap()
+}
+
+/// The corners of all triangles, wide.
+pub(crate) fn wide(mesh: &TriangleMesh) -> Vec<Triangle> {
+    (0..mesh.len())
+        .map(|i| mesh.triangle(i).map(|v| v.as_dvec3()))
+        .collect()
+}

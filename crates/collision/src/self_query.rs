@@ -1,0 +1,228 @@
+//! One mesh with itself.
+
+use std::ops::ControlFlow;
+
+use glam::{DVec2, DVec3};
+
+use crate::bounds::Bounds;
+use crate::criterion::Criterion;
+use crate::curves::{Builder, Corners, Curves};
+use crate::meeting::{Meeting, Simplex, corners};
+use crate::mesh::TriangleMesh;
+use crate::operand::Operand;
+use crate::parallel;
+use crate::places::Places;
+use crate::predicates::{Axis, Plane, Sign, orient2d, strictly_one_side};
+use crate::sink::{Any, Count, Mask, Pairs, Sink, run};
+use crate::transform::RelativePose;
+use crate::traverse::{Tree, TreeTest};
+
+/// A question about the triangles of one mesh that meet each other where they should not.
+///
+/// Triangles that share corners always meet, in these corners or in the side between them; they count as a pair only if
+/// they meet beyond: if a neighbour is folded onto its neighbour, or passes through it. Corners are shared if they have
+/// the same position, whether or not they have the same index. Everything is decided exactly, on the mesh's own
+/// vertices.
+///
+/// ```
+/// use glam::Vec3;
+/// use vertebra_collision::{SelfQuery, TriangleMesh};
+///
+/// let corners = vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(1.0, 1.0, 0.0), Vec3::splat(0.25)];
+/// // A square of two triangles, and a flap on its diagonal: they only share sides.
+/// let square = TriangleMesh::new(corners.clone(), vec![[0, 1, 2], [3, 2, 1], [1, 2, 4]])?;
+/// assert!(!SelfQuery::new(&square).any());
+/// // The flap folded flat.
+/// let mut folded = corners;
+/// folded[4].z = 0.0;
+/// let folded = TriangleMesh::new(folded, square.triangles().to_vec())?;
+/// assert_eq!(SelfQuery::new(&folded).pairs(), [[0, 2]]);
+/// # Ok::<(), vertebra_collision::MeshError>(())
+/// ```
+#[derive(Clone, Debug)]
+#[must_use]
+pub struct SelfQuery<'a> {
+    operand: Operand<'a>,
+    threads: usize,
+}
+
+impl<'a> SelfQuery<'a> {
+    /// A query over a [`TriangleMesh`] or a [`Collider`](crate::Collider).
+    pub fn new(mesh: impl Into<Operand<'a>>) -> Self {
+        Self {
+            operand: mesh.into(),
+            threads: 1,
+        }
+    }
+
+    /// Uses at most this many threads of the current rayon pool; 0 uses all of them. Without the feature `rayon` there
+    /// is one.
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = threads;
+        self
+    }
+
+    /// Whether any two triangles meet; stops at the first pair found.
+    #[must_use]
+    pub fn any(&self) -> bool {
+        self.run(Any::default).iter().any(|found| found.0)
+    }
+
+    /// How many pairs of triangles meet.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.run(Count::default).iter().map(|count| count.0).sum()
+    }
+
+    /// Which triangles meet some other.
+    #[must_use]
+    pub fn mask(&self) -> Vec<bool> {
+        let count = self.operand.mesh().len();
+        let masks = self.run(|| Mask::new(count, count)).into_iter();
+        let Mask { mut a, b } = masks.fold(Mask::new(count, count), |all, mask| all.merge(&mask));
+        for (a, b) in a.iter_mut().zip(b) {
+            *a |= b;
+        }
+        a
+    }
+
+    /// All pairs of triangles that meet, the lesser index first, in lexicographic order.
+    #[must_use]
+    pub fn pairs(&self) -> Vec<[u32; 2]> {
+        Pairs::sorted(self.run(Pairs::default))
+    }
+
+    /// Where the surface meets itself, as polylines, in the mesh's own frame.
+    #[must_use]
+    pub fn curves(&self) -> Curves {
+        let (mesh, pairs) = (self.operand.mesh(), self.pairs());
+        let corners = Corners::new(pairs.iter().flatten().copied(), |i| mesh.wide_triangle(i));
+        let mut builder = Builder::new(&corners, None);
+        for pair in pairs {
+            builder.add(pair);
+        }
+        builder.finish()
+    }
+
+    fn run<S: Sink>(&self, new_sink: impl Fn() -> S + Send + Sync) -> Vec<S> {
+        let threads = parallel::available(self.threads);
+        let everything = Bounds::of(self.operand.mesh().vertices());
+        let tree = self.operand.tree(&everything, threads);
+        let neighbours = Neighbours::new(tree.mesh);
+        let [a, b] = [(); 2].map(|()| Tree {
+            mesh: tree.mesh,
+            bvh: std::borrow::Cow::Borrowed(&*tree.bvh),
+        });
+        let test = TreeTest::new(a, b, &RelativePose::IDENTITY, Criterion::Meet, threads);
+        let sinks = run(&test, threads, || Beyond {
+            sink: new_sink(),
+            neighbours: &neighbours,
+        });
+        sinks.into_iter().map(|beyond| beyond.sink).collect()
+    }
+}
+
+/// Wants each pair of different triangles once, and neighbours only if they meet beyond their common corners.
+struct Beyond<'a, S> {
+    sink: S,
+    neighbours: &'a Neighbours<'a>,
+}
+
+impl<S: Sink> Sink for Beyond<'_, S> {
+    fn wants(&self, pair: [u32; 2]) -> bool {
+        pair[0] < pair[1] && self.sink.wants(pair) && self.neighbours.may_count(pair)
+    }
+
+    fn hit(&mut self, pair: [u32; 2]) -> ControlFlow<()> {
+        self.sink.hit(pair)
+    }
+}
+
+/// Which triangles share which corners.
+struct Neighbours<'a> {
+    mesh: &'a TriangleMesh,
+    /// The place of each vertex.
+    places: Vec<u32>,
+}
+
+impl<'a> Neighbours<'a> {
+    fn new(mesh: &'a TriangleMesh) -> Self {
+        let points: Vec<DVec3> = mesh.vertices().iter().map(|v| v.as_dvec3()).collect();
+        Self {
+            mesh,
+            places: Places::of(&points).numbers,
+        }
+    }
+
+    /// Whether two triangles share no corner, or meet beyond those they share.
+    fn may_count(&self, [i, j]: [u32; 2]) -> bool {
+        let corners = |t: u32| self.mesh.triangles()[t as usize].map(|v| self.places[v as usize]);
+        let (a, b) = (corners(i), corners(j));
+        let shared = a.iter().any(|corner| b.contains(corner));
+        !shared || self.meet_beyond([i, j], a, b)
+    }
+
+    /// Whether two triangles meet in more than the hull of their common corners, of which there is one at least.
+    ///
+    /// Their intersection contains that hull, which is a face of both; so it is no more if all its extreme points are
+    /// common corners, unless it is an area: two triangles in the same place count.
+    fn meet_beyond(&self, [i, j]: [u32; 2], a: [u32; 3], b: [u32; 3]) -> bool {
+        let (points_a, points_b) = (self.mesh.wide_triangle(i), self.mesh.wide_triangle(j));
+        if apart_beyond((&points_a, a), (&points_b, b)) {
+            return false;
+        }
+        let meeting = Meeting::of(Simplex::hull_of(&points_a), Simplex::hull_of(&points_b));
+        let common_corner = |face: u8, own: &[u32; 3], other: &[u32; 3]| {
+            face.count_ones() == 1 && corners(face).all(|corner| other.contains(&own[corner]))
+        };
+        let points = meeting.points();
+        points.len() > 2
+            || points
+                .iter()
+                .any(|&[in_a, in_b]| !common_corner(in_a, &a, &b) && !common_corner(in_b, &b, &a))
+    }
+}
+
+/// What settles nearly all neighbours: in space, that one has its other corners strictly on one side of the other's
+/// plane; in one plane, that a line through the common corners has the other corners of each strictly on its own side.
+/// Then they meet in the hull of the common corners only.
+fn apart_beyond((a, ids_a): (&[DVec3; 3], [u32; 3]), (b, ids_b): (&[DVec3; 3], [u32; 3])) -> bool {
+    // The corners that only one has, and then the common ones.
+    let arranged = |ids: [u32; 3], other: [u32; 3]| {
+        let mut order = [0, 1, 2];
+        order.sort_unstable_by_key(|&i| other.contains(&ids[i]));
+        let own = order.iter().filter(|&&i| !other.contains(&ids[i])).count();
+        (order, own)
+    };
+    let ((order_a, own_a), (order_b, own_b)) = (arranged(ids_a, ids_b), arranged(ids_b, ids_a));
+    if own_a != own_b || own_a == 0 {
+        return false;
+    }
+    let (a, b) = (order_a.map(|i| a[i]), order_b.map(|i| b[i]));
+    let sides = |of: &[DVec3; 3], plane: &[DVec3; 3]| {
+        let plane = Plane::through(*plane);
+        [0, own_a - 1].map(|i| plane.side(of[i], &mut 0))
+    };
+    let (sides_a, sides_b) = (sides(&a, &b), sides(&b, &a));
+    if strictly_one_side(sides_a) || strictly_one_side(sides_b) {
+        return true;
+    }
+    let Some(axis) = Axis::of_plane(&b).filter(|_| sides_a == [Sign::Zero; 2]) else {
+        return false;
+    };
+    let (a, b) = (a.map(|p| axis.project(p)), b.map(|p| axis.project(p)));
+    // Lines through the last corner, which is common, and another, with the corner on the own side: with one common
+    // corner either of its sides, else the common side.
+    let lines: &[[usize; 2]] = if own_a == 2 {
+        &[[0, 1], [1, 0]]
+    } else {
+        &[[1, 0]]
+    };
+    [(a, b), (b, a)].into_iter().any(|(one, other)| {
+        lines.iter().any(|&[end, own]| {
+            let side = |p: DVec2| orient2d(one[2], one[end], p);
+            let beyond = side(one[own]).opposite();
+            beyond != Sign::Zero && [0, own_a - 1].iter().all(|&i| side(other[i]) == beyond)
+        })
+    })
+}

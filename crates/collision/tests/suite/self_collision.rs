@@ -1,0 +1,144 @@
+//! A mesh against itself: which neighbours count, against exact arithmetic over all pairs.
+
+use crate::classes::meeting_points;
+use crate::support::{
+    Exact, Random, Triangle, cross, cuboid, dot, exact, exploded, gold_mesh, minus, wide,
+};
+use glam::{DVec3, Vec3};
+use num_traits::{Signed, Zero};
+use vertebra_collision::{Collider, SelfQuery, TriangleMesh};
+
+/// Whether two triangles meet in a point that is not in the hull of their common corners; or are the same.
+fn expected(a: &Triangle, b: &Triangle) -> bool {
+    let mut common: Vec<DVec3> = Vec::new();
+    for p in a {
+        if b.contains(p) && !common.contains(p) {
+            common.push(*p);
+        }
+    }
+    let common: Vec<Exact> = common.into_iter().map(exact).collect();
+    let points = meeting_points(a, b);
+    let within = |x: &Exact, [p, q]: [&Exact; 2]| {
+        let (u, v) = (minus(x, p), minus(x, q));
+        cross(&u, &v).iter().all(Zero::is_zero) && !dot(&u, &v).is_positive()
+    };
+    let in_hull = |x: &Exact| {
+        common
+            .iter()
+            .any(|p| common.iter().any(|q| within(x, [p, q])))
+    };
+    let area = common.len() == 3 && {
+        let n = cross(
+            &minus(&common[1], &common[0]),
+            &minus(&common[2], &common[0]),
+        );
+        n.iter().any(|x| !x.is_zero())
+    };
+    area || !points.iter().all(|(x, _)| in_hull(x))
+}
+
+fn check(mesh: &TriangleMesh) -> usize {
+    let triangles = wide(mesh);
+    let mut pairs = Vec::new();
+    for (j, b) in (0..).zip(&triangles) {
+        for (i, a) in (0..j).zip(&triangles) {
+            if expected(a, b) {
+                pairs.push([i, j]);
+            }
+        }
+    }
+    pairs.sort_unstable();
+    let mut mask = vec![false; mesh.len()];
+    for i in pairs.iter().flatten() {
+        mask[*i as usize] = true;
+    }
+    let collider = Collider::new(mesh.clone());
+    for query in [SelfQuery::new(mesh), SelfQuery::new(&collider)] {
+        for threads in [1, 2, 0] {
+            let query = query.clone().threads(threads);
+            assert_eq!(query.pairs(), pairs);
+            assert_eq!(query.count(), pairs.len() as u64);
+            assert_eq!(query.any(), !pairs.is_empty());
+            assert_eq!(query.mask(), mask);
+        }
+    }
+    // Whose vertex a corner is does not matter.
+    assert_eq!(SelfQuery::new(&exploded(mesh)).pairs(), pairs);
+    pairs.len()
+}
+
+/// Random triangles over few vertices: neighbours of all kinds, folded, piercing, in one plane, of zero area, repeated.
+#[test]
+fn lattice_neighbours() {
+    let mut random = Random::new(51);
+    let mut hits = 0;
+    for size in [1, 2, 3] {
+        for _ in 0..6 {
+            let vertices: Vec<Vec3> = (0..12).map(|_| random.lattice(0, size).as_vec3()).collect();
+            let corner = |random: &mut Random| random.int(0, 11) as u32;
+            let triangles = (0..24).map(|_| [(); 3].map(|()| corner(&mut random)));
+            hits += check(&TriangleMesh::new(vertices, triangles.collect()).unwrap());
+        }
+    }
+    assert!(hits > 500, "{hits}");
+}
+
+/// Neighbours folded flat, an ulp from flat, and pierced through a common corner.
+#[test]
+fn folds() {
+    let (o, x, y) = (Vec3::ZERO, Vec3::X, Vec3::Y);
+    let flap =
+        |apex: Vec3| TriangleMesh::new(vec![o, x, y, apex], vec![[0, 1, 2], [0, 1, 3]]).unwrap();
+    let step = f32::EPSILON;
+    for (apex, hits) in [
+        (Vec3::new(0.3, 0.4, 0.0), 1),
+        (Vec3::new(0.3, 0.4, step), 0),
+        (Vec3::new(0.3, 0.4, -f32::from_bits(1)), 0),
+        (Vec3::new(0.3, -0.4, 0.0), 0),
+        (Vec3::new(-5.0, 1e-30, 0.0), 1),
+        (y, 1),
+        (x * 0.5, 0),
+        (x * 2.0, 0),
+    ] {
+        assert_eq!(check(&flap(apex)), hits, "{apex}");
+    }
+    // One corner in common.
+    let fan = |p: Vec3, q: Vec3| {
+        TriangleMesh::new(vec![o, x, y, p, q], vec![[0, 1, 2], [0, 3, 4]]).unwrap()
+    };
+    let (up, down) = (Vec3::new(0.25, 0.25, 1.0), Vec3::new(0.25, 0.25, -1.0));
+    for (p, q, hits) in [
+        (up, down, 1),
+        (up, up + x, 0),
+        (up - x, down - x, 0),
+        (up, Vec3::new(0.75, 0.75, step), 0),
+        (up, Vec3::new(0.75, 0.75, 0.0), 1),
+        (-x, -y, 0),
+        (x * 2.0, -y, 1),
+        (x * 0.5, y * 0.5, 1),
+    ] {
+        assert_eq!(check(&fan(p, q)), hits, "{p} {q}");
+    }
+}
+
+/// Meshes that do not meet themselves, with vertices in common or not, and one that does.
+#[test]
+fn whole_meshes() {
+    for name in ["sphere", "cylinder"] {
+        let mesh = gold_mesh(name);
+        assert_eq!(SelfQuery::new(&mesh).pairs(), [[0; 2]; 0], "{name}");
+        assert!(!SelfQuery::new(&exploded(&mesh)).any());
+    }
+    assert_eq!(check(&cuboid(Vec3::ZERO, Vec3::ONE)), 0);
+    // A sphere with one vertex pulled through to the other side.
+    let mut sphere = gold_mesh("sphere");
+    let mut vertices = sphere.vertices().to_vec();
+    vertices[200] *= -1.5;
+    sphere.set_vertices(vertices).unwrap();
+    let pairs = SelfQuery::new(&sphere).pairs();
+    assert!(pairs.len() > 10);
+    let corners = wide(&sphere);
+    for &[i, j] in &pairs {
+        assert!(expected(&corners[i as usize], &corners[j as usize]));
+    }
+}
