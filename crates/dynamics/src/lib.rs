@@ -26,6 +26,7 @@
 //! ```
 
 mod aba;
+mod batch;
 mod crba;
 mod energy;
 mod error;
@@ -42,6 +43,7 @@ mod simulation;
 mod workspace;
 
 pub use aba::{aba, joint_wrenches};
+pub use batch::{Batch, aba_batch};
 pub use crba::{crba, crba_forward_dynamics};
 pub use energy::{Mechanics, mechanics};
 pub use error::Error;

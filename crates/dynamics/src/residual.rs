@@ -20,7 +20,7 @@ use crate::link::Scales;
 use crate::workspace::{Sweeps, Workspace, in_precision};
 use crate::{Error, Forces};
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{Force, Motion, Real, RigidInertia, Sym3, Vec3, vec3};
+use vertebra_spatial::{Force, Motion, Number, Real, RigidInertia, Sym3, Vec3, vec3};
 
 /// The largest row-scaled residual of each kind of equation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,8 +89,8 @@ fn evaluate<T: Real>(
         .map(|f| f.map(T::widen))
         .collect();
     let s = &mut Sweeps::<T::Wide>::new(model);
-    s.set_state(state, model.units().length, &scales.rate);
-    s.add_external(forces, model.units());
+    s.set_state(&state.q, &state.qd, model.units().length, &scales.rate);
+    s.add_external(0, forces, model.units());
     for (u, &qdd) in s.u.iter_mut().zip(&solution.u) {
         *u = qdd.widen();
     }
@@ -148,7 +148,7 @@ fn newton_euler_rows<T: Real>(
         })
         .collect();
     for (id, wrench) in forces.external() {
-        let wrench = s.wrench_at_joint(id.index(), wrench, model.units());
+        let wrench = s.wrench_at_joint(0, id.index(), wrench, model.units());
         add(&mut rows[id.index()].1, force_array(absolute_force(wrench)));
     }
     rows

@@ -1,6 +1,6 @@
 //! Cholesky factors of the small matrices D = S' IA S of joints with up to six freedoms.
 
-use crate::Real;
+use crate::Number;
 
 /// Lower triangular L with L L' = D, of order at most six.
 #[derive(Clone, Copy, Debug)]
@@ -9,7 +9,7 @@ pub struct SmallCholesky<T> {
     lower: [[T; 6]; 6],
 }
 
-impl<T: Real> SmallCholesky<T> {
+impl<T: Number> SmallCholesky<T> {
     /// Factors the leading `order` x `order` part of the symmetric matrix `d` (its lower triangle
     /// is read); an order above six means six.
     ///
@@ -23,8 +23,7 @@ impl<T: Real> SmallCholesky<T> {
             for k in 0..j {
                 pivot -= lower[j][k] * lower[j][k];
             }
-            // Written so that NaN fails.
-            if !(pivot > floors[j] && pivot.is_finite()) {
+            if !pivot.exceeds(floors[j]) {
                 return Err(j);
             }
             let root = pivot.sqrt();

@@ -20,9 +20,10 @@ pub use vertebra_collision::{
     RelativePose, TriangleMesh, write_ply,
 };
 pub use vertebra_dynamics::{
-    self as dynamics, BodyForce, BodyMotion, Error, Forces, Integrator, Mechanics, Precision,
-    Residual, Simulation, Workspace, Wrench, aba, body_poses, crba, crba_forward_dynamics,
-    forward_error, forward_kinematics, joint_wrenches, mechanics, residual, rnea,
+    self as dynamics, Batch, BodyForce, BodyMotion, Error, Forces, Integrator, Mechanics,
+    Precision, Residual, Simulation, Workspace, Wrench, aba, aba_batch, body_poses, crba,
+    crba_forward_dynamics, forward_error, forward_kinematics, joint_wrenches, mechanics, residual,
+    rnea,
 };
 pub use vertebra_spatial::{self as spatial, Pose};
 
