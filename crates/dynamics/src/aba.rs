@@ -398,7 +398,7 @@ impl<T: Number> PassedOn<T> {
         carried: [T::ZERO; 2],
     };
 
-    #[inline]
+    #[inline(always)]
     fn of_body(inertia: &RigidInertia<T>, bias: Force<T>) -> Self {
         let inertia = ArticulatedInertia::from(*inertia);
         Self {
@@ -410,7 +410,7 @@ impl<T: Number> PassedOn<T> {
 }
 
 impl<T: Number> AddAssign for PassedOn<T> {
-    #[inline]
+    #[inline(always)]
     fn add_assign(&mut self, rhs: Self) {
         self.inertia += rhs.inertia;
         self.bias += rhs.bias;

@@ -1,7 +1,7 @@
 //! Forward dynamics of many states of one model.
 //!
 //! States of one model run through the same joints in the same order, so several are computed side by
-//! side, each in its lane of a vector register ([`Lanes`]): what is one addition for [`aba`] is one for
+//! side, each in its lane of a vector register ([`Lanes`](vertebra_spatial::Lanes)): what is one addition for [`aba`] is one for
 //! four or eight states here. Lanes round as single numbers do, and no lane sees its neighbours: every
 //! state gets the bits that [`aba`] gives it alone, whatever stands beside it and however many threads
 //! there are.
@@ -13,7 +13,7 @@ use crate::link::Scales;
 use crate::workspace::Sweeps;
 use crate::{Error, Forces, Precision, Workspace, aba};
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{Lanes, Number, Real};
+use vertebra_spatial::{F32Lanes, F64Lanes, Number, Real};
 
 /// Memory for the forward dynamics of many states of one model, and its results.
 ///
@@ -239,8 +239,8 @@ struct Worker {
 /// The lanes of a precision.
 #[derive(Clone, Debug)]
 enum Packs {
-    F32(Pack<Lanes<f32, 8>>),
-    F64(Pack<Lanes<f64, 4>>),
+    F32(Pack<F32Lanes>),
+    F64(Pack<F64Lanes>),
     /// The reference goes state by state.
     None,
 }
@@ -260,8 +260,8 @@ impl Worker {
 
     fn solve(&mut self, mut items: Items<'_>) {
         let lanes = match self.packs {
-            Packs::F32(_) => <Lanes<f32, 8>>::LANES,
-            Packs::F64(_) => <Lanes<f64, 4>>::LANES,
+            Packs::F32(_) => F32Lanes::LANES,
+            Packs::F64(_) => F64Lanes::LANES,
             Packs::None => 1,
         };
         while !items.states.is_empty() {

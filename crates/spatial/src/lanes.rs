@@ -1,130 +1,119 @@
 //! Several numbers side by side.
 
-use crate::scalar::{normalized_rotation, round_to_f32, sealed::Sealed};
+use crate::scalar::{normalized_rotation, sealed::Sealed};
 use crate::sin_cos::sin_cos_each;
-use crate::{Mat3, Number, Real};
+use crate::{Mat3, Number};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use wide::{f32x8, f64x4, f64x8};
 
-/// `N` numbers of one type, each in its lane; operations act on every lane alike and round as they do
-/// on a single number, so that a lane of a result has the bits it would have alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(32))]
-pub struct Lanes<T, const N: usize>(pub [T; N]);
+/// Numbers of one type, each in its lane of a vector `V`; operations act on every lane alike and round
+/// as they do on a single number, so that a lane of a result has the bits it would have alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(transparent)]
+pub struct Lanes<V>(V);
 
-impl<T, const N: usize> Sealed for Lanes<T, N> {}
+/// Four f64.
+pub type F64Lanes = Lanes<f64x4>;
+/// Eight f32.
+pub type F32Lanes = Lanes<f32x8>;
+/// Eight f64, the positions and rates of [`F32Lanes`].
+pub type WideLanes = Lanes<f64x8>;
 
-impl<T: Real, const N: usize> Default for Lanes<T, N> {
-    fn default() -> Self {
-        Self([T::ZERO; N])
-    }
-}
+impl<V> Sealed for Lanes<V> {}
 
-impl<T: Real, const N: usize> Lanes<T, N> {
-    #[inline(always)]
-    fn each(self, rhs: Self, f: impl Fn(T, T) -> T) -> Self {
-        let mut result = [T::ZERO; N];
-        for k in 0..N {
-            result[k] = f(self.0[k], rhs.0[k]);
-        }
-        Self(result)
-    }
-}
-
-macro_rules! lane_by_lane {
+macro_rules! operations {
     ($($operation:ident $method:ident),*) => {$(
-        impl<T: Real, const N: usize> $operation for Lanes<T, N> {
+        impl<V: $operation<Output = V>> $operation for Lanes<V> {
             type Output = Self;
-            #[inline(always)]
+            #[inline]
             fn $method(self, rhs: Self) -> Self {
-                self.each(rhs, T::$method)
+                Self(self.0.$method(rhs.0))
             }
         }
     )*};
 }
-lane_by_lane!(Add add, Sub sub, Mul mul, Div div);
+operations!(Add add, Sub sub, Mul mul, Div div);
 
-impl<T: Real, const N: usize> AddAssign for Lanes<T, N> {
-    #[inline(always)]
+impl<V: Copy + Add<Output = V>> AddAssign for Lanes<V> {
+    #[inline]
     fn add_assign(&mut self, rhs: Self) {
         *self = *self + rhs;
     }
 }
 
-impl<T: Real, const N: usize> SubAssign for Lanes<T, N> {
-    #[inline(always)]
+impl<V: Copy + Sub<Output = V>> SubAssign for Lanes<V> {
+    #[inline]
     fn sub_assign(&mut self, rhs: Self) {
         *self = *self - rhs;
     }
 }
 
-impl<T: Real, const N: usize> Neg for Lanes<T, N> {
+impl<V: Neg<Output = V>> Neg for Lanes<V> {
     type Output = Self;
-    #[inline(always)]
+    #[inline]
     fn neg(self) -> Self {
-        Self(self.0.map(T::neg))
+        Self(-self.0)
     }
 }
 
 macro_rules! impl_lanes {
-    ($scalar:ident, $round:expr) => {
-        impl<const N: usize> Number for Lanes<$scalar, N> {
+    ($vector:ident, $scalar:ident, $lanes:literal, $input:ident) => {
+        impl Number for Lanes<$vector> {
             type Scalar = $scalar;
-            type Input = Lanes<f64, N>;
+            type Input = Lanes<$input>;
 
-            const LANES: usize = N;
-            const ZERO: Self = Self([0.0; N]);
-            const ONE: Self = Self([1.0; N]);
-            const HALF: Self = Self([0.5; N]);
-            const EPSILON: Self = Self([$scalar::EPSILON; N]);
+            const LANES: usize = $lanes;
+            const ZERO: Self = Self($vector::new([0.0; $lanes]));
+            const ONE: Self = Self($vector::new([1.0; $lanes]));
+            const HALF: Self = Self($vector::new([0.5; $lanes]));
+            const EPSILON: Self = Self($vector::new([$scalar::EPSILON; $lanes]));
 
-            #[inline(always)]
+            #[inline]
             fn splat(value: $scalar) -> Self {
-                Self([value; N])
+                Self($vector::new([value; $lanes]))
             }
-            #[inline(always)]
+            #[inline]
             fn lane(self, lane: usize) -> $scalar {
-                self.0[lane.min(N - 1)]
+                self.0.to_array()[lane.min($lanes - 1)]
             }
-            #[inline(always)]
+            #[inline]
             fn set_lane(&mut self, lane: usize, value: $scalar) {
-                self.0[lane.min(N - 1)] = value;
+                self.0.as_mut_array()[lane.min($lanes - 1)] = value;
             }
-            #[inline(always)]
-            fn from_input(input: Lanes<f64, N>) -> Self {
-                Self(input.0.map($round))
+            #[inline]
+            fn from_input(input: Lanes<$input>) -> Self {
+                Self($vector::new(input.0.to_array().map($scalar::from_f64)))
             }
-            #[inline(always)]
+            #[inline]
             fn sqrt(self) -> Self {
-                Self(self.0.map($scalar::sqrt))
+                Self(self.0.sqrt())
             }
-            #[inline(always)]
+            #[inline]
             fn abs(self) -> Self {
-                Self(self.0.map($scalar::abs))
+                Self(self.0.abs())
             }
-            #[inline(always)]
-            fn sin_cos_of(angle: Lanes<f64, N>) -> (Self, Self) {
-                let (sines, cosines) = sin_cos_each(&angle.0);
-                (
-                    Self::from_input(Lanes(sines)),
-                    Self::from_input(Lanes(cosines)),
-                )
+            #[inline]
+            fn sin_cos_of(angle: Lanes<$input>) -> (Self, Self) {
+                let (sines, cosines) = sin_cos_each(&angle.0.to_array());
+                let lanes = |values| Self::from_input(Lanes($input::new(values)));
+                (lanes(sines), lanes(cosines))
             }
-            #[inline(always)]
-            fn rotation_of(quaternion: [Lanes<f64, N>; 4]) -> Mat3<Self> {
+            #[inline]
+            fn rotation_of(quaternion: [Lanes<$input>; 4]) -> Mat3<Self> {
                 normalized_rotation(quaternion).map(Self::from_input)
             }
-            #[inline(always)]
+            #[inline]
             fn is_finite(self) -> bool {
-                self.0.iter().fold(true, |all, x| all & x.is_finite())
+                self.0.is_finite().all()
             }
-            #[inline(always)]
+            #[inline]
             fn exceeds(self, floor: Self) -> bool {
-                let pairs = self.0.iter().zip(&floor.0);
-                pairs.fold(true, |all, (x, floor)| all & (x > floor) & x.is_finite())
+                self.0.simd_gt(floor.0).all() && self.is_finite()
             }
         }
     };
 }
 
-impl_lanes!(f32, round_to_f32);
-impl_lanes!(f64, core::convert::identity);
+impl_lanes!(f64x4, f64, 4, f64x4);
+impl_lanes!(f64x8, f64, 8, f64x8);
+impl_lanes!(f32x8, f32, 8, f64x8);

@@ -45,7 +45,7 @@ pub use cholesky::SmallCholesky;
 pub use double_double::DoubleDouble;
 pub use force::Force;
 pub use inertia::{ArticulatedInertia, RigidInertia};
-pub use lanes::Lanes;
+pub use lanes::{F32Lanes, F64Lanes, Lanes, WideLanes};
 pub use matrix::{Mat3, Sym3};
 pub use motion::Motion;
 pub use pose::Pose;

@@ -69,6 +69,7 @@ pub trait Number:
     /// angle first would lose the digits that matter.
     fn sin_cos_of(angle: Self::Input) -> (Self, Self);
     /// [`sin_cos_of`](Self::sin_cos_of) of several angles, as many as there are and there is room for.
+    #[inline]
     fn sin_cos_of_each(angles: &[Self::Input], results: &mut [(Self, Self)]) {
         for (result, &angle) in results.iter_mut().zip(angles) {
             *result = Self::sin_cos_of(angle);
@@ -109,23 +110,23 @@ macro_rules! single_lane {
 
         const LANES: usize = 1;
 
-        #[inline(always)]
+        #[inline]
         fn splat(value: Self) -> Self {
             value
         }
-        #[inline(always)]
+        #[inline]
         fn lane(self, _lane: usize) -> Self {
             self
         }
-        #[inline(always)]
+        #[inline]
         fn set_lane(&mut self, _lane: usize, value: Self) {
             *self = value;
         }
-        #[inline(always)]
+        #[inline]
         fn from_input(input: f64) -> Self {
             Self::from_f64(input)
         }
-        #[inline(always)]
+        #[inline]
         fn exceeds(self, floor: Self) -> bool {
             self > floor && self.is_finite()
         }
@@ -134,7 +135,7 @@ macro_rules! single_lane {
 pub(crate) use single_lane;
 
 /// Rotation matrix of a quaternion x, y, z, w after division by its length.
-#[inline(always)]
+#[inline]
 pub(crate) fn normalized_rotation<T: Number>([x, y, z, w]: [T; 4]) -> Mat3<T> {
     Quat::from_xyzw(x, y, z, w).normalized().to_matrix()
 }
@@ -143,7 +144,7 @@ pub(crate) fn normalized_rotation<T: Number>([x, y, z, w]: [T; 4]) -> Mat3<T> {
     clippy::cast_possible_truncation,
     reason = "rounding to the working precision is the purpose"
 )]
-#[inline(always)]
+#[inline]
 pub(crate) fn round_to_f32(value: f64) -> f32 {
     value as f32
 }
@@ -158,15 +159,15 @@ macro_rules! impl_real {
             const HALF: Self = 0.5;
             const EPSILON: Self = Self::EPSILON;
 
-            #[inline(always)]
+            #[inline]
             fn from_f64(value: f64) -> Self {
                 $round(value)
             }
-            #[inline(always)]
+            #[inline]
             fn sqrt(self) -> Self {
                 self.sqrt()
             }
-            #[inline(always)]
+            #[inline]
             fn abs(self) -> Self {
                 self.abs()
             }
@@ -190,7 +191,7 @@ macro_rules! impl_real {
             fn rotation_of(quaternion: [f64; 4]) -> Mat3<Self> {
                 normalized_rotation(quaternion).map($round)
             }
-            #[inline(always)]
+            #[inline]
             fn is_finite(self) -> bool {
                 self.is_finite()
             }
@@ -199,15 +200,15 @@ macro_rules! impl_real {
         impl Real for $scalar {
             type Wide = f64;
 
-            #[inline(always)]
+            #[inline]
             fn narrow(wide: f64) -> Self {
                 $round(wide)
             }
-            #[inline(always)]
+            #[inline]
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
-            #[inline(always)]
+            #[inline]
             fn widen(self) -> f64 {
                 f64::from(self)
             }

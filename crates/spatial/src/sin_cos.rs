@@ -64,7 +64,7 @@ pub(crate) fn sin_cos(angle: f64) -> (f64, f64) {
 }
 
 /// [`sin_cos`] of several angles.
-#[inline]
+#[inline(always)]
 pub(crate) fn sin_cos_each<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
     let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
     for k in 0..N {
