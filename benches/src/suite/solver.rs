@@ -1,8 +1,8 @@
 //! The solvers of forward dynamics, behind one door.
 
 use vertebra::{
-    Error, Forces, Model, Precision, Residual, State, Workspace, aba, crba_forward_dynamics,
-    joint_wrenches, residual,
+    Batch, Error, Forces, Model, Precision, Residual, State, Workspace, aba, aba_batch,
+    crba_forward_dynamics, joint_wrenches, residual,
 };
 
 /// A way to compute forward dynamics.
@@ -54,8 +54,38 @@ pub fn all() -> Vec<Box<dyn Solver>> {
         Box::new(Aba(Precision::F64)),
         Box::new(Aba(Precision::F32)),
         Box::new(Aba(Precision::Reference)),
+        Box::new(AbaBatch(Precision::F64)),
+        Box::new(AbaBatch(Precision::F32)),
         Box::new(Crba),
     ]
+}
+
+/// The articulated-body algorithm on the CPU, all inputs side by side.
+pub struct AbaBatch(pub Precision);
+
+impl Solver for AbaBatch {
+    fn method(&self) -> &'static str {
+        "aba-batch"
+    }
+
+    fn precision(&self) -> Precision {
+        self.0
+    }
+
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
+        let (states, forces): (Vec<_>, Vec<_>) = inputs.iter().cloned().unzip();
+        let mut batch = Batch::new(model, self.0);
+        aba_batch(model, &states, &forces, &mut batch)?;
+        let items = 0..inputs.len();
+        items
+            .map(|item| batch.joint_accelerations(item).map(<[f64]>::to_vec))
+            .collect()
+    }
+
+    /// A batch keeps accelerations alone.
+    fn residual(&self, _: &Model, _: &State, _: &Forces) -> Result<Option<Residual>, Error> {
+        Ok(None)
+    }
 }
 
 /// The articulated-body algorithm on the CPU.

@@ -60,7 +60,7 @@ mod tests {
     use crate::{Forces, Precision, Workspace, aba, forward_error, joint_wrenches, residual};
     use vertebra_assembly::generate::{self, RandomTree};
     use vertebra_assembly::{Model, Random, State};
-    use vertebra_spatial::{DoubleDouble, MotionSubspace, Real};
+    use vertebra_spatial::{DoubleDouble, MotionSubspace, Number, Real};
 
     fn problem(count: usize, seed: u64) -> (Model, State, Forces) {
         let tree = RandomTree {

@@ -1,7 +1,7 @@
 //! The scalar an algorithm is written for, once.
 
-use crate::{Mat3, Quat};
 use crate::sin_cos::{sin_cos, sin_cos_each};
+use crate::{Mat3, Quat};
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 

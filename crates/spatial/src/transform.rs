@@ -1,6 +1,6 @@
 //! Coordinate transforms between frames that differ in axes and origin.
 
-use crate::{Force, Mat3, Motion, Pose, Quat, Number, Real, Vec3};
+use crate::{Force, Mat3, Motion, Number, Pose, Quat, Real, Vec3};
 use core::ops::Mul;
 
 /// Where frame B is, seen from frame A, ready to map vectors from B to A.
