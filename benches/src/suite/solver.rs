@@ -19,6 +19,12 @@ pub trait Solver: Sync {
         false
     }
 
+    /// Whether it keeps what the bodies' own equations are made of. The mass matrix knows nothing of
+    /// the bodies' forces.
+    fn keeps_body_forces(&self) -> bool {
+        !self.is_dense()
+    }
+
     /// Joint accelerations [rad/s^2 or m/s^2] of several inputs, one after the other in the same
     /// memory.
     ///
@@ -82,7 +88,11 @@ impl Solver for AbaBatch {
             .collect()
     }
 
-    /// A batch keeps accelerations alone.
+    /// It keeps joint accelerations alone.
+    fn keeps_body_forces(&self) -> bool {
+        false
+    }
+
     fn residual(&self, _: &Model, _: &State, _: &Forces) -> Result<Option<Residual>, Error> {
         Ok(None)
     }
