@@ -8,7 +8,9 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 use vertebra::collision::{RelativePose, exact::triangles_intersect};
 use vertebra::glam::{DQuat, DVec3, Vec3};
-use vertebra::{Forces, Model, Pose, Precision, State, Workspace, aba, crba, generate, rnea};
+use vertebra::{
+    Batch, Forces, Model, Pose, Precision, State, Workspace, aba, aba_batch, crba, generate, rnea,
+};
 
 /// A chain, as long as the source's shortest or as a robot arm.
 fn chain(count: usize) -> (Model, State, Forces) {
@@ -24,6 +26,15 @@ fn dynamics(c: &mut Criterion) {
         let mut workspace = Workspace::new(&model, precision);
         c.bench_function(&format!("aba/chain 128/{precision}"), |b| {
             b.iter(|| aba(&model, &state, &forces, &mut workspace).map(|qdd| qdd[0]));
+        });
+    }
+    let (arm, ..) = chain(7);
+    let states: Vec<_> = (0..64).map(|seed| State::random(&arm, seed)).collect();
+    let none = vec![Forces::none(&arm); states.len()];
+    for precision in [Precision::F64, Precision::F32] {
+        let mut batch = Batch::with_threads(&arm, precision, 1);
+        c.bench_function(&format!("aba_batch/64 chains 7/{precision}"), |b| {
+            b.iter(|| aba_batch(&arm, &states, &none, &mut batch).map(|qdd| qdd[0]));
         });
     }
     let mut workspace = Workspace::new(&model, Precision::F64);

@@ -55,9 +55,9 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `collision`. All by default; none of them when you name
-    /// files of your own.
-    #[arg(value_parser = ["dynamics", "collision"])]
+    /// Scenarios to measure: `dynamics`, `batch`, `collision`. All by default; none of them when you
+    /// name files of your own.
+    #[arg(value_parser = ["dynamics", "batch", "collision"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]

@@ -8,7 +8,7 @@ use crate::measure::Budget;
 use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
-use crate::scenario::{Measurement, Meter, chain, meshes, model};
+use crate::scenario::{Measurement, Meter, batch, chain, meshes, model};
 use crate::table::to_table;
 use anyhow::Context;
 use std::path::Path;
@@ -70,12 +70,20 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     };
 
     let selection = arguments.selection();
+    let batches = if arguments.wants(batch::NAME) {
+        batch::subjects(&selection)?
+    } else {
+        Vec::new()
+    };
     let available = rayon::current_num_threads();
     if selection.threads.iter().any(|&asked| asked > available) {
         println!("there are {available} threads: no row is measured with more");
     }
     let mut list: Vec<Measurement<'_>> = Vec::new();
     for subject in &models {
+        list.extend(subject.measurements(&selection));
+    }
+    for subject in &batches {
         list.extend(subject.measurements(&selection));
     }
     for subject in &meshes {

@@ -1,7 +1,9 @@
-//! What is measured: the source's two scenarios, and the user's own files put through the same rows.
+//! What is measured: the source's two scenarios, batches of robots, and the user's own files put
+//! through the same rows.
 //!
 //! A scenario is a list of [`Measurement`]s, each of which becomes one row.
 
+pub mod batch;
 pub mod chain;
 pub mod meshes;
 pub mod model;

@@ -78,8 +78,7 @@ pub const DYNAMICS: &[DynamicsCheck] = &[
     DynamicsCheck {
         name: "own_equations",
         run: trees::own_equations,
-        // The mass matrix knows nothing of the bodies' forces.
-        applies: |solver| !solver.is_dense(),
+        applies: |solver| solver.keeps_body_forces(),
     },
     DynamicsCheck {
         name: "same_bits",

@@ -1,8 +1,8 @@
 //! The solvers of forward dynamics, behind one door.
 
 use vertebra::{
-    DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Residual, State, Workspace, aba,
-    crba_forward_dynamics, dca, joint_wrenches, residual,
+    Batch, DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Residual, State, Workspace,
+    aba, aba_batch, crba_forward_dynamics, dca, joint_wrenches, residual,
 };
 
 /// A way to compute forward dynamics.
@@ -17,6 +17,12 @@ pub trait Solver: Sync {
     /// condition number, which grows up to n^4 on chains, and gives no forces of the bodies.
     fn is_dense(&self) -> bool {
         false
+    }
+
+    /// Whether it keeps what the bodies' own equations are made of. The mass matrix knows nothing of
+    /// the bodies' forces.
+    fn keeps_body_forces(&self) -> bool {
+        !self.is_dense()
     }
 
     /// Joint accelerations [rad/s^2 or m/s^2] of several inputs, one after the other in the same
@@ -57,14 +63,43 @@ pub fn all() -> Vec<Box<dyn Solver>> {
         Box::new(Dca::new("dca", Precision::F64, Precision::F64)),
         Box::new(Dca::new("dca f32 tree", Precision::F64, Precision::F32)),
         Box::new(Dca::new("dca", Precision::F32, Precision::F32)),
-        Box::new(Dca::new(
-            "dca",
-            Precision::Reference,
-            Precision::Reference,
-            8,
-        )),
+        Box::new(Dca::new("dca", Precision::Reference, Precision::Reference)),
+        Box::new(AbaBatch(Precision::F64)),
+        Box::new(AbaBatch(Precision::F32)),
         Box::new(Crba),
     ]
+}
+
+/// The articulated-body algorithm on the CPU, all inputs side by side.
+pub struct AbaBatch(pub Precision);
+
+impl Solver for AbaBatch {
+    fn method(&self) -> &'static str {
+        "aba-batch"
+    }
+
+    fn precision(&self) -> Precision {
+        self.0
+    }
+
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
+        let (states, forces): (Vec<_>, Vec<_>) = inputs.iter().cloned().unzip();
+        let mut batch = Batch::new(model, self.0);
+        aba_batch(model, &states, &forces, &mut batch)?;
+        let items = 0..inputs.len();
+        items
+            .map(|item| batch.joint_accelerations(item).map(<[f64]>::to_vec))
+            .collect()
+    }
+
+    /// It keeps joint accelerations alone.
+    fn keeps_body_forces(&self) -> bool {
+        false
+    }
+
+    fn residual(&self, _: &Model, _: &State, _: &Forces) -> Result<Option<Residual>, Error> {
+        Ok(None)
+    }
 }
 
 /// The articulated-body algorithm on the CPU.

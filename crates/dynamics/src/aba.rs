@@ -13,7 +13,7 @@ use crate::{Error, Forces, Workspace, finite_results};
 use core::ops::AddAssign;
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{
-    ArticulatedInertia, Force, Motion, Real, RigidInertia, SmallCholesky, Sym3, vec3,
+    ArticulatedInertia, Force, Motion, Number, Real, RigidInertia, SmallCholesky, Sym3, vec3,
 };
 
 /// Forward dynamics: the joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
@@ -37,9 +37,9 @@ pub fn aba<'w>(
         ..
     } = workspace;
     let failed = in_precision!(arrays, s => {
-        s.add_external(forces, model.units());
+        s.add_external(0, forces, model.units());
         for (tau, (&given, &scale)) in s.tau.iter_mut().zip(forces.joint.iter().zip(&scales.force)) {
-            *tau = Real::from_f64(given / scale);
+            *tau = Number::from_f64(given / scale);
         }
         s.articulate().map_err(|i| Error::SingularJoint {
             body: model.bodies()[i].name.clone(),
@@ -72,13 +72,13 @@ pub fn joint_wrenches(workspace: &mut Workspace) -> Result<(), Error> {
     Ok(())
 }
 
-impl<T: Real> Sweeps<T> {
+impl<T: Number> Sweeps<T> {
     /// From the tips up: articulated inertias and bias forces.
     ///
     /// Fails with the body whose joint moves no inertia: its pivot is zero, negative, or within
     /// rounding (4 eps) of the body's own inertia in all directions and of what arrived from its
     /// children before their joints let go.
-    fn articulate(&mut self) -> Result<(), usize> {
+    pub(crate) fn articulate(&mut self) -> Result<(), usize> {
         let rounding = T::from_f64(4.0) * T::EPSILON;
         let mut arriving = PassedOn::ZERO;
         for i in (0..self.links.len()).rev() {
@@ -128,8 +128,7 @@ impl<T: Real> Sweeps<T> {
                     continue;
                 }
             };
-            // Written so that NaN fails.
-            if !(d > floor && d.is_finite()) {
+            if !d.exceeds(floor) {
                 return Err(i);
             }
             let d_inverse = T::ONE / d;
@@ -139,16 +138,17 @@ impl<T: Real> Sweeps<T> {
             self.u[v] = u;
             self.u_columns[v] = u_column;
             self.above[v] = (above, rest);
-            // Shifted before the joint lets go, X' Ia X = X' IA X - (X' U) D^-1 (X' U)': the division,
-            // the slowest operation on the way up, then has work beside it. With c,
-            // X' pa = X' (pA + IA c) + X' U D^-1 (u - U' c).
-            let mut shifted = inertia.shifted_back(r);
-            let carried = [shifted.angular.trace(), shifted.linear.trace()];
-            shifted.subtract_outer(above, d_inverse);
+            let mut passed = inertia;
+            passed.subtract_outer(u_column, d_inverse);
+            let force = bias + passed.mul(c) + u_column * (u * d_inverse);
+            let passed = passed.shifted_back(r);
             let passed_on = PassedOn {
-                inertia: shifted,
-                bias: (bias + inertia.mul(c)).shifted_back(r) + above * (rest * d_inverse),
-                carried,
+                inertia: passed,
+                bias: force.shifted_back(r),
+                carried: [
+                    passed.angular.trace() + above.angular.length_squared() * d_inverse,
+                    passed.linear.trace() + above.linear.length_squared() * d_inverse,
+                ],
             };
             arriving = match parent {
                 Some(parent) if parent + 1 == i => passed_on,
@@ -314,7 +314,7 @@ impl<T: Real> Sweeps<T> {
     /// With a = a' + S qdd the condition on qdd reads U' a = u. It is solved twice: a' may be much
     /// larger than a (a light body on a fast joint hardly notices its parent), and then rounding of
     /// the order of a' is left in a; the second solution removes it.
-    fn respond(&mut self) {
+    pub(crate) fn respond(&mut self) {
         let mut last = Motion::ZERO;
         for i in 0..self.links.len() {
             let Link {
@@ -391,14 +391,14 @@ struct PassedOn<T> {
     carried: [T; 2],
 }
 
-impl<T: Real> PassedOn<T> {
+impl<T: Number> PassedOn<T> {
     const ZERO: Self = Self {
         inertia: ArticulatedInertia::ZERO,
         bias: Force::ZERO,
         carried: [T::ZERO; 2],
     };
 
-    #[inline]
+    #[inline(always)]
     fn of_body(inertia: &RigidInertia<T>, bias: Force<T>) -> Self {
         let inertia = ArticulatedInertia::from(*inertia);
         Self {
@@ -409,8 +409,8 @@ impl<T: Real> PassedOn<T> {
     }
 }
 
-impl<T: Real> AddAssign for PassedOn<T> {
-    #[inline]
+impl<T: Number> AddAssign for PassedOn<T> {
+    #[inline(always)]
     fn add_assign(&mut self, rhs: Self) {
         self.inertia += rhs.inertia;
         self.bias += rhs.bias;
@@ -420,6 +420,6 @@ impl<T: Real> AddAssign for PassedOn<T> {
 }
 
 /// A freedom's direction as a force of unit power.
-fn along<T: Real>(column: Motion<T>) -> Force<T> {
+fn along<T: Number>(column: Motion<T>) -> Force<T> {
     Force::new(column.angular, column.linear)
 }

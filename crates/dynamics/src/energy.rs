@@ -4,7 +4,7 @@ use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Workspace, forward_kinematics};
 use glam::DVec3;
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{Force, Real, Vec3};
+use vertebra_spatial::{Force, Number, Real, Vec3};
 
 /// Energies and momenta of a whole model.
 #[derive(Clone, Copy, Debug, PartialEq)]

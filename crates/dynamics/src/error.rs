@@ -107,4 +107,34 @@ pub enum Error {
         /// The largest order allowed.
         limit: usize,
     },
+    /// A batch with another number of states than of forces.
+    #[error("{states} states, but forces for {forces}: give as many of one as of the other")]
+    BatchLengths {
+        /// Number of states.
+        states: usize,
+        /// Number of forces.
+        forces: usize,
+    },
+    /// An item of a batch that could not be computed.
+    #[error(
+        "item {item} of the batch failed, one of {failed} of {count}: {source}; the others can be read from the batch"
+    )]
+    Item {
+        /// Index of the first item that failed.
+        item: usize,
+        /// How many failed.
+        failed: usize,
+        /// How many there are.
+        count: usize,
+        /// Why.
+        source: Box<Self>,
+    },
+    /// An item that is not in the batch.
+    #[error("the batch has no item {item}; it has {count}")]
+    UnknownItem {
+        /// Index asked for.
+        item: usize,
+        /// Number of items.
+        count: usize,
+    },
 }

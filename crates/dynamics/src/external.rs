@@ -4,15 +4,29 @@ use crate::link::BodyFrame;
 use crate::workspace::Sweeps;
 use crate::{Forces, Wrench};
 use vertebra_assembly::Units;
-use vertebra_spatial::{Force, Mat3, Real, Vec3};
+use vertebra_spatial::{Force, Mat3, Number, Real, Vec3};
 
-impl<T: Real> Sweeps<T> {
-    /// Adds the external forces to `external`, where the velocity-product forces are already.
-    pub(crate) fn add_external(&mut self, forces: &Forces, units: &Units) {
+impl<T: Number> Sweeps<T> {
+    /// Adds the external forces on what is in one lane to `external`, where the velocity-product
+    /// forces are already.
+    pub(crate) fn add_external(&mut self, lane: usize, forces: &Forces, units: &Units) {
         for (id, wrench) in forces.external() {
             let i = id.index();
-            let wrench = self.frames[i].wrench_at_joint(self.rotation[i], wrench, units);
-            self.external[i] += wrench;
+            let rotation = self.rotation[i].map(|entry| entry.lane(lane));
+            let wrench = self.frames[i].wrench_at_joint(rotation, wrench, units);
+            let external = &mut self.external[i];
+            for (sum, term) in [
+                (&mut external.angular, wrench.angular),
+                (&mut external.linear, wrench.linear),
+            ] {
+                for (sum, term) in [
+                    (&mut sum.x, term.x),
+                    (&mut sum.y, term.y),
+                    (&mut sum.z, term.z),
+                ] {
+                    sum.set_lane(lane, sum.lane(lane) + term);
+                }
+            }
         }
     }
 }

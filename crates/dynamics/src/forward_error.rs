@@ -3,7 +3,7 @@
 use crate::forces::check_dofs;
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Workspace};
-use vertebra_spatial::Real;
+use vertebra_spatial::{Number, Real};
 
 /// Forward error of joint accelerations `qdd` [rad/s^2 or m/s^2]: max |qdd - ref| / max |ref|, where
 /// ref is what [`aba`](crate::aba) left in `reference` for the same state and forces, usually one of
@@ -60,7 +60,7 @@ mod tests {
     use crate::{Forces, Precision, Workspace, aba, forward_error, joint_wrenches, residual};
     use vertebra_assembly::generate::{self, RandomTree};
     use vertebra_assembly::{Model, Random, State};
-    use vertebra_spatial::{DoubleDouble, MotionSubspace, Real};
+    use vertebra_spatial::{DoubleDouble, MotionSubspace, Number, Real};
 
     fn problem(count: usize, seed: u64) -> (Model, State, Forces) {
         let tree = RandomTree {

@@ -14,9 +14,8 @@
 use crate::link::{Kind, Link};
 use crate::workspace::{Computed, Sweeps, in_precision};
 use crate::{Error, Workspace};
-use glam::DQuat;
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{Mat3, Motion, Quat, Real, Vec3, subspace, vec3};
+use vertebra_spatial::{Mat3, Motion, Number, Vec3, subspace, vec3};
 
 /// Computes poses and velocities of all bodies; [`Workspace::pose`] and [`Workspace::velocity`]
 /// read them.
@@ -58,7 +57,7 @@ impl Workspace {
         self.time = state.time;
         let (length, rates) = (model.units().length, &self.scales.rate);
         let failed = in_precision!(&mut self.arrays, s => {
-            s.set_state(state, length, rates);
+            s.set_state(&state.q, &state.qd, length, rates);
             // Whatever overflowed on the way is in the velocity products.
             (0..s.links.len()).find(|&i| !s.bias_acceleration[i].is_finite())
         });
@@ -68,13 +67,23 @@ impl Workspace {
     }
 }
 
-impl<T: Real> Sweeps<T> {
+impl<T: Number> Sweeps<T> {
     /// From the world down: rotations, offsets, spins, subspaces and velocity products, of
     /// accelerations and of forces.
-    pub(crate) fn set_state(&mut self, state: &State, length: f64, rate_scales: &[f64]) {
-        for (rate, (&qd, &scale)) in self.rates.iter_mut().zip(state.qd.iter().zip(rate_scales)) {
-            *rate = T::from_f64(qd * scale);
+    ///
+    /// Of positions and rates in SI, shapes [`Model::position_count`] and [`Model::dof_count`].
+    #[inline(always)]
+    pub(crate) fn set_state(
+        &mut self,
+        q: &[T::Input],
+        qd: &[T::Input],
+        length: f64,
+        rate_scales: &[f64],
+    ) {
+        for (rate, (&qd, &scale)) in self.rates.iter_mut().zip(qd.iter().zip(rate_scales)) {
+            *rate = T::from_input(qd * T::Input::from_f64(scale));
         }
+        let per_length = T::Input::from_f64(1.0 / length);
         // As long as each other: an index that is in one is in all.
         let n = self.links.len();
         let links = &self.links[..n];
@@ -88,14 +97,14 @@ impl<T: Real> Sweeps<T> {
         let mut turns = [(T::ZERO, T::ZERO); BLOCK];
         for i in 0..n {
             if i % BLOCK == 0 {
-                sines_and_cosines(&links[i..n.min(i + BLOCK)], &state.q, &mut turns);
+                sines_and_cosines(&links[i..n.min(i + BLOCK)], q, &mut turns);
             }
             let link = &links[i];
             let (parent, w) = match link.parent {
                 Some(parent) => (rotations[parent], spins[parent]),
                 None => (Mat3::IDENTITY, Vec3::ZERO),
             };
-            let q = &state.q[link.q..];
+            let q = &q[link.q..];
             let rates = &self.rates[link.v..];
             let mut rotation = parent * link.placement.rotation;
             let mut offset = parent * link.placement.translation;
@@ -114,23 +123,23 @@ impl<T: Real> Sweeps<T> {
                 }
                 Kind::Prismatic => {
                     let along = rotation.z_axis;
-                    offset += along * T::from_f64(q[0] / length);
+                    offset += along * T::from_input(q[0] * per_length);
                     self.subspace[link.v] = Motion::new(Vec3::ZERO, along);
                     joint_velocity.linear = along * rates[0];
                     let sideways = w.cross(joint_velocity.linear);
                     bias_acceleration.linear = w.cross(w.cross(offset)) + sideways + sideways;
                 }
                 Kind::Spherical => {
-                    rotation = rotation * orientation(q);
+                    rotation = rotation * T::rotation_of([q[0], q[1], q[2], q[3]]);
                     let columns = subspace::spherical(&rotation);
                     self.subspace[link.v..link.v + 3].copy_from_slice(&columns);
                     joint_velocity.angular = rotation * vec3(rates[0], rates[1], rates[2]);
                     bias_acceleration.angular = w.cross(joint_velocity.angular);
                 }
                 Kind::Free => {
-                    let at = vec3(q[0], q[1], q[2]).map(|x| T::from_f64(x / length));
+                    let at = vec3(q[0], q[1], q[2]).map(|x| T::from_input(x * per_length));
                     offset += rotation * at;
-                    rotation = rotation * orientation(&q[3..]);
+                    rotation = rotation * T::rotation_of([q[3], q[4], q[5], q[6]]);
                     let columns = subspace::free(&rotation);
                     self.subspace[link.v..link.v + 6].copy_from_slice(&columns);
                     joint_velocity = Motion::new(
@@ -176,22 +185,17 @@ impl<T: Real> Sweeps<T> {
 pub(crate) const BLOCK: usize = 16;
 
 /// Sine and cosine of the angles of revolute joints; whatever for others.
-pub(crate) fn sines_and_cosines<T: Real>(
+#[inline(always)]
+pub(crate) fn sines_and_cosines<T: Number>(
     links: &[Link<T>],
-    q: &[f64],
+    q: &[T::Input],
     turns: &mut [(T, T); BLOCK],
 ) {
-    let mut angles = [0.0; BLOCK];
+    let mut angles = [T::Input::ZERO; BLOCK];
     for (angle, link) in angles.iter_mut().zip(links) {
         if link.kind == Kind::Revolute {
             *angle = q[link.q];
         }
     }
     T::sin_cos_of_each(&angles[..links.len()], turns);
-}
-
-/// Rotation matrix of a quaternion in coordinates, which is of unit length only to 1e-6.
-pub(crate) fn orientation<T: Real>(q: &[f64]) -> Mat3<T> {
-    let q = Quat::<T::Wide>::from_glam(DQuat::from_slice(q));
-    q.normalized().to_matrix().map(T::narrow)
 }

@@ -26,6 +26,7 @@
 //! ```
 
 mod aba;
+mod batch;
 mod cost;
 mod crba;
 mod dca;
@@ -45,6 +46,7 @@ mod solver;
 mod workspace;
 
 pub use aba::{aba, joint_wrenches};
+pub use batch::{Batch, aba_batch};
 pub use crba::{crba, crba_forward_dynamics};
 pub use dca::{DcaOptions, DcaWorkspace, dca};
 pub use energy::{Mechanics, mechanics};

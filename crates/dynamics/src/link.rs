@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use vertebra_assembly::{Body, BodyId, JointKind, Model, Units};
-use vertebra_spatial::{Mat3, Pose, Real, RigidInertia, Sym3, Transform, Vec3, vec3};
+use vertebra_spatial::{Mat3, Number, Pose, Real, RigidInertia, Sym3, Transform, Vec3, vec3};
 
 /// Constants of one body.
 ///
@@ -145,7 +145,7 @@ impl<T: Real> Link<T> {
         };
     }
 
-    pub(crate) fn map<U: Real>(self, f: impl Fn(T) -> U) -> Link<U> {
+    pub(crate) fn map<U: Number>(self, f: impl Fn(T) -> U) -> Link<U> {
         Link {
             parent: self.parent,
             kind: self.kind,
@@ -266,7 +266,7 @@ mod tests {
         }
         let scales = Scales::of_model(&model);
         let mut s = Sweeps::<DoubleDouble>::new(&model);
-        s.set_state(&state, model.units().length, &scales.rate);
+        s.set_state(&state.q, &state.qd, model.units().length, &scales.rate);
         let eps = DoubleDouble::EPSILON.hi();
         let number = DoubleDouble::from_f64;
         let bound = 16.0 * eps * model.depth() as f64;

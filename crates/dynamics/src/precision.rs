@@ -2,7 +2,7 @@
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
-use vertebra_spatial::{DoubleDouble, Real};
+use vertebra_spatial::{DoubleDouble, Number};
 
 /// Working precision of a solver. Inputs and results are f64 either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]

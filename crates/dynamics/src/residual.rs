@@ -116,8 +116,8 @@ impl<T: Real> Solution<T> {
         scales: &Scales,
     ) -> Residual {
         let mut s = Sweeps::<T>::new(model);
-        s.set_state(state, model.units().length, &scales.rate);
-        s.add_external(forces, model.units());
+        s.set_state(&state.q, &state.qd, model.units().length, &scales.rate);
+        s.add_external(0, forces, model.units());
         s.u.copy_from_slice(&self.qdd);
         evaluate(&s, model, forces, scales, &self.a, &self.f)
     }

@@ -7,7 +7,7 @@ use crate::forces::check_dofs;
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Workspace, finite_results};
 use vertebra_assembly::{Model, State};
-use vertebra_spatial::{MotionSubspace, Real};
+use vertebra_spatial::{MotionSubspace, Number, Real};
 
 /// Inverse dynamics: the joint forces [N m or N], shape [`Model::dof_count`], under which the model
 /// accelerates with `qdd` [rad/s^2 or m/s^2]. Of `forces` the external ones act; its joint forces
@@ -32,9 +32,9 @@ pub fn rnea<'w>(
         ..
     } = workspace;
     in_precision!(arrays, s => {
-        s.add_external(forces, model.units());
+        s.add_external(0, forces, model.units());
         for (u, (&qdd, &scale)) in s.u.iter_mut().zip(qdd.iter().zip(&scales.acceleration)) {
-            *u = Real::from_f64(qdd / scale);
+            *u = Number::from_f64(qdd / scale);
         }
         s.accelerate();
         s.gather_wrenches();

@@ -5,8 +5,8 @@ use crate::{Error, Precision};
 use glam::{DQuat, DVec3};
 use vertebra_assembly::{BodyId, Model, Units};
 use vertebra_spatial::{
-    ArticulatedInertia, DoubleDouble, Force, Mat3, Motion, Pose, Real, RigidInertia, SmallCholesky,
-    Vec3,
+    ArticulatedInertia, DoubleDouble, Force, Mat3, Motion, Number, Pose, Real, RigidInertia,
+    SmallCholesky, Vec3,
 };
 
 /// Memory in which the algorithms work and leave their results, made for one model and precision.
@@ -95,10 +95,10 @@ pub(crate) use in_precision;
 /// What the sweeps read and write, one entry a body unless it says otherwise. All vectors are in
 /// world axes about the body's joint origin, in the model's units.
 #[derive(Clone, Debug)]
-pub(crate) struct Sweeps<T> {
+pub(crate) struct Sweeps<T: Number> {
     pub(crate) links: Vec<Link<T>>,
     /// Where the bodies' own frames and centres of mass are in their joint frames.
-    pub(crate) frames: Vec<BodyFrame<T>>,
+    pub(crate) frames: Vec<BodyFrame<T::Scalar>>,
     /// -g, the acceleration of a world that replaces gravity.
     pub(crate) base: Motion<T>,
     /// Joint axes to world axes.
@@ -151,10 +151,11 @@ pub(crate) struct Sweeps<T> {
     pub(crate) rates: Vec<T>,
 }
 
-impl<T: Real> Sweeps<T> {
+impl<T: Number> Sweeps<T> {
     pub(crate) fn new(model: &Model) -> Self {
         let (n, dofs) = (model.bodies().len(), model.dof_count());
-        let links = Link::<T>::of_model(model);
+        let scalar_links = Link::<T::Scalar>::of_model(model).into_iter();
+        let links: Vec<Link<T>> = scalar_links.map(|link| link.map(T::splat)).collect();
         let mut factor_of = Vec::with_capacity(n);
         let mut factors = 0;
         for link in &links {

@@ -5,8 +5,8 @@
 use vertebra_assembly::generate::{self, RandomTree};
 use vertebra_assembly::{Model, State};
 use vertebra_dynamics::{
-    DcaOptions, DcaWorkspace, Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba,
-    dca, rnea,
+    Batch, DcaOptions, DcaWorkspace, Forces, Integrator, Precision, Simulation, Workspace, Wrench,
+    aba, aba_batch, dca, rnea,
 };
 
 fn tree() -> Model {
@@ -68,4 +68,19 @@ fn algorithms_allocate_nothing() {
         allocation_counter::measure(|| drop(qdd.clone())).count_total,
         0
     );
+}
+
+#[test]
+fn batches_allocate_nothing() {
+    let model = tree();
+    let states: Vec<_> = (0..21).map(|seed| State::random(&model, seed)).collect();
+    let forces = vec![Forces::none(&model); states.len()];
+    for precision in [Precision::F64, Precision::F32] {
+        let mut batch = Batch::with_threads(&model, precision, 1);
+        aba_batch(&model, &states, &forces, &mut batch).unwrap();
+        let count = allocation_counter::measure(|| {
+            aba_batch(&model, &states, &forces, &mut batch).unwrap();
+        });
+        assert_eq!(count.count_total, 0, "{precision}");
+    }
 }

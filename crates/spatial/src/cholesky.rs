@@ -1,6 +1,6 @@
 //! Cholesky factors of the small matrices D = S' IA S of joints with up to six freedoms.
 
-use crate::Real;
+use crate::Number;
 use crate::matrix6::{Mat6, add_scaled};
 
 /// Lower triangular L with L L' = D, of order at most six.
@@ -13,7 +13,7 @@ pub struct SmallCholesky<T> {
     inverse_diagonal: [T; 6],
 }
 
-impl<T: Real> SmallCholesky<T> {
+impl<T: Number> SmallCholesky<T> {
     /// The factor of a matrix of order zero.
     pub const EMPTY: Self = Self {
         order: 0,
@@ -35,8 +35,7 @@ impl<T: Real> SmallCholesky<T> {
             for k in 0..j {
                 pivot -= lower[j][k] * lower[j][k];
             }
-            // Written so that NaN fails.
-            if !(pivot > floors[j] && pivot.is_finite()) {
+            if !pivot.exceeds(floors[j]) {
                 return Err(j);
             }
             inverse_diagonal[j] = T::ONE / pivot.sqrt();

@@ -7,13 +7,14 @@
 //! ACM TOMS 44 (2017); Lefevre et al., Accurate calculation of Euclidean norms using double-word
 //! arithmetic, ACM TOMS 49 (2023).
 
-use crate::Real;
+use crate::scalar::{normalized_rotation, single_lane};
+use crate::{Mat3, Number, Real};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A real number `hi + lo` with |lo| at most half a unit in the last place of `hi`.
 ///
 /// The range is that of f64, less some room: products beyond 2^996 and terms below 2^-969 lose the
-/// low part. Overflow gives a number that is not [finite](Real::is_finite).
+/// low part. Overflow gives a number that is not [finite](Number::is_finite).
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct DoubleDouble {
     hi: f64,
@@ -169,8 +170,8 @@ impl SubAssign for DoubleDouble {
     }
 }
 
-impl Real for DoubleDouble {
-    type Wide = Self;
+impl Number for DoubleDouble {
+    single_lane!();
 
     const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
     const ONE: Self = Self { hi: 1.0, lo: 0.0 };
@@ -184,27 +185,6 @@ impl Real for DoubleDouble {
     #[inline]
     fn from_f64(value: f64) -> Self {
         Self { hi: value, lo: 0.0 }
-    }
-
-    #[inline]
-    fn to_f64(self) -> f64 {
-        // `hi` unless an overflow has left the parts at odds.
-        self.hi + self.lo
-    }
-
-    #[inline]
-    fn widen(self) -> Self {
-        self
-    }
-
-    #[inline]
-    fn narrow(wide: Self) -> Self {
-        wide
-    }
-
-    #[inline]
-    fn cast<U: Real>(self) -> U {
-        U::from_f64(self.hi) + U::from_f64(self.lo)
     }
 
     /// One Newton step from the f64 root, whose square is subtracted exactly.
@@ -228,6 +208,40 @@ impl Real for DoubleDouble {
         Self::from_f64(angle).sin_cos()
     }
 
+    fn rotation_of(quaternion: [f64; 4]) -> Mat3<Self> {
+        normalized_rotation(quaternion.map(Self::from_f64))
+    }
+
+    #[inline]
+    fn is_finite(self) -> bool {
+        self.hi.is_finite() && self.lo.is_finite()
+    }
+}
+
+impl Real for DoubleDouble {
+    type Wide = Self;
+
+    #[inline]
+    fn narrow(wide: Self) -> Self {
+        wide
+    }
+
+    #[inline]
+    fn to_f64(self) -> f64 {
+        // `hi` unless an overflow has left the parts at odds.
+        self.hi + self.lo
+    }
+
+    #[inline]
+    fn widen(self) -> Self {
+        self
+    }
+
+    #[inline]
+    fn cast<U: Real>(self) -> U {
+        U::from_f64(self.hi) + U::from_f64(self.lo)
+    }
+
     fn sin_cos(self) -> (Self, Self) {
         sin_cos(self)
     }
@@ -242,11 +256,6 @@ impl Real for DoubleDouble {
         let start = Self::from_f64(y.hi.atan2(x.hi));
         let (sin, cos) = sin_cos(start);
         start + (y * cos - x * sin) / (x * cos + y * sin)
-    }
-
-    #[inline]
-    fn is_finite(self) -> bool {
-        self.hi.is_finite() && self.lo.is_finite()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Force vectors: wrenches and momenta.
 
-use crate::{Real, Vec3};
+use crate::{Number, Vec3};
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
 /// A spatial force vector, angular part first: moment about the origin [N m] and force \[N\], or
@@ -13,7 +13,7 @@ pub struct Force<T> {
     pub linear: Vec3<T>,
 }
 
-impl<T: Real> Force<T> {
+impl<T: Number> Force<T> {
     /// No force.
     pub const ZERO: Self = Self::new(Vec3::ZERO, Vec3::ZERO);
 
@@ -34,7 +34,7 @@ impl<T: Real> Force<T> {
     /// Applies a function to every component.
     #[inline]
     #[must_use]
-    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> Force<U> {
+    pub fn map<U: Number>(self, f: impl Fn(T) -> U) -> Force<U> {
         Force::new(self.angular.map(&f), self.linear.map(&f))
     }
 
@@ -47,7 +47,7 @@ impl<T: Real> Force<T> {
     }
 }
 
-impl<T: Real> Add for Force<T> {
+impl<T: Number> Add for Force<T> {
     type Output = Self;
     #[inline]
     fn add(self, rhs: Self) -> Self {
@@ -55,14 +55,14 @@ impl<T: Real> Add for Force<T> {
     }
 }
 
-impl<T: Real> AddAssign for Force<T> {
+impl<T: Number> AddAssign for Force<T> {
     #[inline]
     fn add_assign(&mut self, rhs: Self) {
         *self = *self + rhs;
     }
 }
 
-impl<T: Real> Sub for Force<T> {
+impl<T: Number> Sub for Force<T> {
     type Output = Self;
     #[inline]
     fn sub(self, rhs: Self) -> Self {
@@ -70,14 +70,14 @@ impl<T: Real> Sub for Force<T> {
     }
 }
 
-impl<T: Real> SubAssign for Force<T> {
+impl<T: Number> SubAssign for Force<T> {
     #[inline]
     fn sub_assign(&mut self, rhs: Self) {
         *self = *self - rhs;
     }
 }
 
-impl<T: Real> Neg for Force<T> {
+impl<T: Number> Neg for Force<T> {
     type Output = Self;
     #[inline]
     fn neg(self) -> Self {
@@ -85,7 +85,7 @@ impl<T: Real> Neg for Force<T> {
     }
 }
 
-impl<T: Real> Mul<T> for Force<T> {
+impl<T: Number> Mul<T> for Force<T> {
     type Output = Self;
     #[inline]
     fn mul(self, rhs: T) -> Self {

@@ -1,6 +1,6 @@
 //! Inertias: of one rigid body, and of an articulated body seen at one handle.
 
-use crate::{Force, Mat3, Motion, Real, Sym3, Vec3, vec3};
+use crate::{Force, Mat3, Motion, Number, Sym3, Vec3, vec3};
 use core::ops::AddAssign;
 
 /// Inertia of a rigid body about the origin, in the axes at hand.
@@ -14,7 +14,7 @@ pub struct RigidInertia<T> {
     pub rotational: Sym3<T>,
 }
 
-impl<T: Real> RigidInertia<T> {
+impl<T: Number> RigidInertia<T> {
     /// No mass at all.
     pub const ZERO: Self = Self {
         mass: T::ZERO,
@@ -36,7 +36,7 @@ impl<T: Real> RigidInertia<T> {
     /// Applies a function to every number.
     #[inline]
     #[must_use]
-    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> RigidInertia<U> {
+    pub fn map<U: Number>(self, f: impl Fn(T) -> U) -> RigidInertia<U> {
         RigidInertia {
             mass: f(self.mass),
             moment: self.moment.map(&f),
@@ -102,7 +102,7 @@ impl<T: Real> RigidInertia<T> {
     }
 }
 
-impl<T: Real> AddAssign for RigidInertia<T> {
+impl<T: Number> AddAssign for RigidInertia<T> {
     #[inline]
     fn add_assign(&mut self, rhs: Self) {
         self.mass += rhs.mass;
@@ -123,7 +123,7 @@ pub struct ArticulatedInertia<T> {
     pub linear: Sym3<T>,
 }
 
-impl<T: Real> From<RigidInertia<T>> for ArticulatedInertia<T> {
+impl<T: Number> From<RigidInertia<T>> for ArticulatedInertia<T> {
     /// A rigid body is an articulated body without joints: H = -h~, C = m 1.
     #[inline]
     fn from(rigid: RigidInertia<T>) -> Self {
@@ -135,7 +135,7 @@ impl<T: Real> From<RigidInertia<T>> for ArticulatedInertia<T> {
     }
 }
 
-impl<T: Real> ArticulatedInertia<T> {
+impl<T: Number> ArticulatedInertia<T> {
     /// No inertia at all.
     pub const ZERO: Self = Self {
         angular: Sym3::ZERO,
@@ -229,7 +229,7 @@ impl<T: Real> ArticulatedInertia<T> {
     }
 }
 
-impl<T: Real> AddAssign for ArticulatedInertia<T> {
+impl<T: Number> AddAssign for ArticulatedInertia<T> {
     #[inline]
     fn add_assign(&mut self, rhs: Self) {
         self.angular += rhs.angular;
@@ -239,7 +239,7 @@ impl<T: Real> AddAssign for ArticulatedInertia<T> {
 }
 
 /// The full symmetric matrix, rows and columns angular first; for tests and printing.
-impl<T: Real> From<&ArticulatedInertia<T>> for [[T; 6]; 6] {
+impl<T: Number> From<&ArticulatedInertia<T>> for [[T; 6]; 6] {
     fn from(inertia: &ArticulatedInertia<T>) -> Self {
         let unit = |k: usize| {
             let e = |i: usize| if i == k { T::ONE } else { T::ZERO };

@@ -11,8 +11,9 @@
 //! - Accelerations are conventional: the linear part is that of the material point at the origin.
 //!
 //! # Precision
-//! Everything is written once over the sealed scalar trait [`Real`]: f32, f64, and the 106 bits of
-//! [`DoubleDouble`], the reference that tells the error of the others. Values that cross a public boundary are f64, as glam types. Nothing here allocates.
+//! Everything is written once over the sealed trait [`Number`]: a [`Real`] (f32, f64, or the 106 bits of
+//! [`DoubleDouble`], the reference that tells the error of the others), or several in [`Lanes`]. Values
+//! that cross a public boundary are f64, as glam types. Nothing here allocates.
 //!
 //! ```
 //! use vertebra_spatial::{Force, Motion, RigidInertia, Sym3, vec3};
@@ -29,6 +30,7 @@ mod cholesky;
 mod double_double;
 mod force;
 mod inertia;
+mod lanes;
 mod matrix;
 pub mod matrix6;
 mod motion;
@@ -44,12 +46,13 @@ pub use cholesky::SmallCholesky;
 pub use double_double::DoubleDouble;
 pub use force::Force;
 pub use inertia::{ArticulatedInertia, RigidInertia};
+pub use lanes::{F32Lanes, F64Lanes, Lanes, WideLanes};
 pub use matrix::{Mat3, Sym3};
 pub use matrix6::Mat6;
 pub use motion::Motion;
 pub use pose::Pose;
 pub use quaternion::{Quat, rotation_vector_rate};
-pub use scalar::Real;
+pub use scalar::{Number, Real};
 pub use subspace::MotionSubspace;
 pub use transform::Transform;
 pub use vector::{Vec3, vec3};

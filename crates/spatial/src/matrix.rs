@@ -1,6 +1,6 @@
 //! Three-by-three matrices, general and symmetric.
 
-use crate::{Real, Vec3, vec3};
+use crate::{Number, Real, Vec3, vec3};
 use core::ops::{Add, AddAssign, Mul, Sub};
 use glam::DMat3;
 
@@ -15,7 +15,7 @@ pub struct Mat3<T> {
     pub z_axis: Vec3<T>,
 }
 
-impl<T: Real> Mat3<T> {
+impl<T: Number> Mat3<T> {
     /// All zeros.
     pub const ZERO: Self = Self::from_cols(Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
     /// The identity.
@@ -50,7 +50,10 @@ impl<T: Real> Mat3<T> {
     /// The matrix as a glam matrix.
     #[inline]
     #[must_use]
-    pub fn to_glam(self) -> DMat3 {
+    pub fn to_glam(self) -> DMat3
+    where
+        T: Real,
+    {
         DMat3::from_cols(
             self.x_axis.to_glam(),
             self.y_axis.to_glam(),
@@ -61,7 +64,7 @@ impl<T: Real> Mat3<T> {
     /// Applies a function to every entry.
     #[inline]
     #[must_use]
-    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> Mat3<U> {
+    pub fn map<U: Number>(self, f: impl Fn(T) -> U) -> Mat3<U> {
         Mat3::from_cols(
             self.x_axis.map(&f),
             self.y_axis.map(&f),
@@ -107,7 +110,7 @@ impl<T: Real> Mat3<T> {
     }
 }
 
-impl<T: Real> Mul<Vec3<T>> for Mat3<T> {
+impl<T: Number> Mul<Vec3<T>> for Mat3<T> {
     type Output = Vec3<T>;
     #[inline]
     fn mul(self, v: Vec3<T>) -> Vec3<T> {
@@ -115,7 +118,7 @@ impl<T: Real> Mul<Vec3<T>> for Mat3<T> {
     }
 }
 
-impl<T: Real> Mul for Mat3<T> {
+impl<T: Number> Mul for Mat3<T> {
     type Output = Self;
     #[inline]
     fn mul(self, rhs: Self) -> Self {
@@ -123,7 +126,7 @@ impl<T: Real> Mul for Mat3<T> {
     }
 }
 
-impl<T: Real> Mul<T> for Mat3<T> {
+impl<T: Number> Mul<T> for Mat3<T> {
     type Output = Self;
     #[inline]
     fn mul(self, rhs: T) -> Self {
@@ -131,7 +134,7 @@ impl<T: Real> Mul<T> for Mat3<T> {
     }
 }
 
-impl<T: Real> Add for Mat3<T> {
+impl<T: Number> Add for Mat3<T> {
     type Output = Self;
     #[inline]
     fn add(self, rhs: Self) -> Self {
@@ -143,7 +146,7 @@ impl<T: Real> Add for Mat3<T> {
     }
 }
 
-impl<T: Real> Sub for Mat3<T> {
+impl<T: Number> Sub for Mat3<T> {
     type Output = Self;
     #[inline]
     fn sub(self, rhs: Self) -> Self {
@@ -172,7 +175,7 @@ pub struct Sym3<T> {
     pub yz: T,
 }
 
-impl<T: Real> Sym3<T> {
+impl<T: Number> Sym3<T> {
     /// All zeros.
     pub const ZERO: Self = Self {
         xx: T::ZERO,
@@ -312,12 +315,12 @@ impl<T: Real> Sym3<T> {
 }
 
 #[inline]
-fn rows<T: Real>(m: &Mat3<T>) -> (Vec3<T>, Vec3<T>, Vec3<T>) {
+fn rows<T: Number>(m: &Mat3<T>) -> (Vec3<T>, Vec3<T>, Vec3<T>) {
     let t = m.transpose();
     (t.x_axis, t.y_axis, t.z_axis)
 }
 
-impl<T: Real> Mul<Vec3<T>> for Sym3<T> {
+impl<T: Number> Mul<Vec3<T>> for Sym3<T> {
     type Output = Vec3<T>;
     #[inline]
     fn mul(self, v: Vec3<T>) -> Vec3<T> {
@@ -329,7 +332,7 @@ impl<T: Real> Mul<Vec3<T>> for Sym3<T> {
     }
 }
 
-impl<T: Real> Add for Sym3<T> {
+impl<T: Number> Add for Sym3<T> {
     type Output = Self;
     #[inline]
     fn add(self, rhs: Self) -> Self {
@@ -344,14 +347,14 @@ impl<T: Real> Add for Sym3<T> {
     }
 }
 
-impl<T: Real> AddAssign for Sym3<T> {
+impl<T: Number> AddAssign for Sym3<T> {
     #[inline]
     fn add_assign(&mut self, rhs: Self) {
         *self = *self + rhs;
     }
 }
 
-impl<T: Real> Sub for Sym3<T> {
+impl<T: Number> Sub for Sym3<T> {
     type Output = Self;
     #[inline]
     fn sub(self, rhs: Self) -> Self {

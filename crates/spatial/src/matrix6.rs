@@ -1,7 +1,7 @@
 //! Six-by-six matrices between spatial vectors, where blocks of three do not help: compliances and
 //! what hangs together with them in assembly trees.
 
-use crate::{ArticulatedInertia, Force, Mat3, Motion, Real, Sym3, Vec3};
+use crate::{ArticulatedInertia, Force, Mat3, Motion, Number, Sym3, Vec3};
 
 /// A 6 x 6 matrix, stored by rows, angular rows and columns first.
 ///
@@ -9,7 +9,7 @@ use crate::{ArticulatedInertia, Force, Mat3, Motion, Real, Sym3, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mat6<T>(pub [[T; 6]; 6]);
 
-impl<T: Real> Mat6<T> {
+impl<T: Number> Mat6<T> {
     /// All zeros.
     pub const ZERO: Self = Self([[T::ZERO; 6]; 6]);
 
@@ -27,7 +27,7 @@ impl<T: Real> Mat6<T> {
     /// Applies a function to every entry.
     #[inline]
     #[must_use]
-    pub fn map<U: Real>(&self, f: impl Fn(T) -> U) -> Mat6<U> {
+    pub fn map<U: Number>(&self, f: impl Fn(T) -> U) -> Mat6<U> {
         Mat6(self.0.map(|row| row.map(&f)))
     }
 
@@ -140,7 +140,7 @@ impl<T: Real> Mat6<T> {
 
 /// Adds a multiple of one row to another.
 #[inline]
-pub fn add_scaled<T: Real>(sum: &mut [T; 6], row: &[T; 6], factor: T) {
+pub fn add_scaled<T: Number>(sum: &mut [T; 6], row: &[T; 6], factor: T) {
     for (sum, &entry) in sum.iter_mut().zip(row) {
         *sum += entry * factor;
     }
@@ -149,7 +149,7 @@ pub fn add_scaled<T: Real>(sum: &mut [T; 6], row: &[T; 6], factor: T) {
 /// Inner product of two rows.
 #[inline]
 #[must_use]
-pub fn dot<T: Real>(a: &[T; 6], b: &[T; 6]) -> T {
+pub fn dot<T: Number>(a: &[T; 6], b: &[T; 6]) -> T {
     let [x, y, z] = [
         a[0] * b[0] + a[3] * b[3],
         a[1] * b[1] + a[4] * b[4],
@@ -160,7 +160,7 @@ pub fn dot<T: Real>(a: &[T; 6], b: &[T; 6]) -> T {
 
 macro_rules! as_array {
     ($vector:ident) => {
-        impl<T: Real> $vector<T> {
+        impl<T: Number> $vector<T> {
             /// The components, angular ones first.
             #[inline]
             #[must_use]

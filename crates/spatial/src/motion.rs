@@ -1,6 +1,6 @@
 //! Motion vectors: velocities and accelerations.
 
-use crate::{Force, Real, Vec3};
+use crate::{Force, Number, Vec3};
 use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// A spatial motion vector, angular part first: a velocity [rad/s, m/s] or an acceleration
@@ -13,7 +13,7 @@ pub struct Motion<T> {
     pub linear: Vec3<T>,
 }
 
-impl<T: Real> Motion<T> {
+impl<T: Number> Motion<T> {
     /// At rest.
     pub const ZERO: Self = Self::new(Vec3::ZERO, Vec3::ZERO);
 
@@ -27,7 +27,7 @@ impl<T: Real> Motion<T> {
     /// Applies a function to every component.
     #[inline]
     #[must_use]
-    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> Motion<U> {
+    pub fn map<U: Number>(self, f: impl Fn(T) -> U) -> Motion<U> {
         Motion::new(self.angular.map(&f), self.linear.map(&f))
     }
 
@@ -75,7 +75,7 @@ impl<T: Real> Motion<T> {
     }
 }
 
-impl<T: Real> Add for Motion<T> {
+impl<T: Number> Add for Motion<T> {
     type Output = Self;
     #[inline]
     fn add(self, rhs: Self) -> Self {
@@ -83,14 +83,14 @@ impl<T: Real> Add for Motion<T> {
     }
 }
 
-impl<T: Real> AddAssign for Motion<T> {
+impl<T: Number> AddAssign for Motion<T> {
     #[inline]
     fn add_assign(&mut self, rhs: Self) {
         *self = *self + rhs;
     }
 }
 
-impl<T: Real> Sub for Motion<T> {
+impl<T: Number> Sub for Motion<T> {
     type Output = Self;
     #[inline]
     fn sub(self, rhs: Self) -> Self {
@@ -98,7 +98,7 @@ impl<T: Real> Sub for Motion<T> {
     }
 }
 
-impl<T: Real> Neg for Motion<T> {
+impl<T: Number> Neg for Motion<T> {
     type Output = Self;
     #[inline]
     fn neg(self) -> Self {
@@ -106,7 +106,7 @@ impl<T: Real> Neg for Motion<T> {
     }
 }
 
-impl<T: Real> Mul<T> for Motion<T> {
+impl<T: Number> Mul<T> for Motion<T> {
     type Output = Self;
     #[inline]
     fn mul(self, rhs: T) -> Self {

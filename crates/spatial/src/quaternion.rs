@@ -1,6 +1,6 @@
 //! Unit quaternions: rotation, exponential and logarithm, integration.
 
-use crate::{Mat3, Real, Vec3, vec3};
+use crate::{Mat3, Number, Real, Vec3, vec3};
 use core::ops::Mul;
 use glam::DQuat;
 
@@ -13,7 +13,7 @@ pub struct Quat<T> {
     pub w: T,
 }
 
-impl<T: Real> Quat<T> {
+impl<T: Number> Quat<T> {
     /// No rotation.
     pub const IDENTITY: Self = Self {
         v: Vec3::ZERO,
@@ -45,7 +45,10 @@ impl<T: Real> Quat<T> {
     /// The quaternion as a glam quaternion.
     #[inline]
     #[must_use]
-    pub fn to_glam(self) -> DQuat {
+    pub fn to_glam(self) -> DQuat
+    where
+        T: Real,
+    {
         let v = self.v.to_glam();
         DQuat::from_xyzw(v.x, v.y, v.z, self.w.to_f64())
     }
@@ -84,7 +87,10 @@ impl<T: Real> Quat<T> {
     /// 1/2 - |r|^2/48 + |r|^4/3840, whose next term is below the unit roundoff where it is used.
     #[inline]
     #[must_use]
-    pub fn exp(r: Vec3<T>) -> Self {
+    pub fn exp(r: Vec3<T>) -> Self
+    where
+        T: Real,
+    {
         let square = r.length_squared();
         let angle = square.sqrt();
         let (sin, cos) = (angle * T::HALF).sin_cos();
@@ -104,7 +110,10 @@ impl<T: Real> Quat<T> {
     /// up to the sign of the quaternion.
     #[inline]
     #[must_use]
-    pub fn log(self) -> Vec3<T> {
+    pub fn log(self) -> Vec3<T>
+    where
+        T: Real,
+    {
         let sine = self.v.length();
         // q and -q are the same rotation; the one with w >= 0 is the short way round.
         let (v, w) = if self.w < T::ZERO {
@@ -123,7 +132,10 @@ impl<T: Real> Quat<T> {
     /// axes: q exp(r), renormalised.
     #[inline]
     #[must_use]
-    pub fn integrate(self, r: Vec3<T>) -> Self {
+    pub fn integrate(self, r: Vec3<T>) -> Self
+    where
+        T: Real,
+    {
         (self * Self::exp(r)).normalized()
     }
 
@@ -146,7 +158,7 @@ impl<T: Real> Quat<T> {
 }
 
 /// The Hamilton product: `a * b` turns by b first, then by a.
-impl<T: Real> Mul for Quat<T> {
+impl<T: Number> Mul for Quat<T> {
     type Output = Self;
     #[inline]
     fn mul(self, rhs: Self) -> Self {
@@ -165,7 +177,7 @@ impl<T: Real> Mul for Quat<T> {
 /// method needs no more terms: |u| is of the order of the step.
 #[inline]
 #[must_use]
-pub fn rotation_vector_rate<T: Real>(u: Vec3<T>, w: Vec3<T>) -> Vec3<T> {
+pub fn rotation_vector_rate<T: Number>(u: Vec3<T>, w: Vec3<T>) -> Vec3<T> {
     let uw = u.cross(w);
     w + uw * T::HALF + u.cross(uw) * (T::ONE / T::from_f64(12.0))
 }

@@ -56,22 +56,28 @@ const fn inverse_factorials<const N: usize>(orders: [u64; N], first: f64) -> [f6
 /// 8192, and beyond as accurate as the C library's.
 #[inline]
 pub(crate) fn sin_cos(angle: f64) -> (f64, f64) {
-    // Written so that NaN goes this way.
-    if !(angle.abs() <= LARGEST_ANGLE) {
-        return angle.sin_cos();
+    if is_reducible(angle) {
+        sin_cos_reduced(angle)
+    } else {
+        angle.sin_cos()
     }
-    sin_cos_reduced(angle)
+}
+
+/// Not so for NaN.
+#[inline]
+fn is_reducible(angle: f64) -> bool {
+    angle.abs() <= LARGEST_ANGLE
 }
 
 /// [`sin_cos`] of several angles.
-#[inline]
+#[inline(always)]
 pub(crate) fn sin_cos_each<const N: usize>(angles: &[f64; N]) -> ([f64; N], [f64; N]) {
     let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
     for k in 0..N {
         (sines[k], cosines[k]) = sin_cos_reduced(angles[k]);
     }
     for k in 0..N {
-        if !(angles[k].abs() <= LARGEST_ANGLE) {
+        if !is_reducible(angles[k]) {
             (sines[k], cosines[k]) = angles[k].sin_cos();
         }
     }
@@ -124,7 +130,7 @@ fn sin_cos_reduced(angle: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::sin_cos;
-    use crate::{DoubleDouble, Real};
+    use crate::{DoubleDouble, Number, Real};
     use core::f64::consts::FRAC_PI_2;
 
     /// Largest error of sine and cosine in units in the last place of the result.

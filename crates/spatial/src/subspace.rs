@@ -1,13 +1,13 @@
 //! Joint motion subspaces.
 
-use crate::{Force, Mat3, Motion, Real, Vec3};
+use crate::{Force, Mat3, Motion, Number, Vec3};
 
 /// The motion subspace S of a joint: one motion vector a degree of freedom, so that the relative
 /// velocity across the joint is S qd (RBDA section 3.5; the hinge matrix H of Drake and Jain).
 #[derive(Clone, Copy, Debug)]
 pub struct MotionSubspace<'a, T>(pub &'a [Motion<T>]);
 
-impl<T: Real> MotionSubspace<'_, T> {
+impl<T: Number> MotionSubspace<'_, T> {
     /// S qd, shape of `rates`: [degrees of freedom].
     #[inline]
     #[must_use]
@@ -31,28 +31,28 @@ impl<T: Real> MotionSubspace<'_, T> {
 /// S of a revolute joint turning about `axis`.
 #[inline]
 #[must_use]
-pub fn revolute<T: Real>(axis: Vec3<T>) -> [Motion<T>; 1] {
+pub fn revolute<T: Number>(axis: Vec3<T>) -> [Motion<T>; 1] {
     [Motion::new(axis, Vec3::ZERO)]
 }
 
 /// S of a prismatic joint sliding along `axis`.
 #[inline]
 #[must_use]
-pub fn prismatic<T: Real>(axis: Vec3<T>) -> [Motion<T>; 1] {
+pub fn prismatic<T: Number>(axis: Vec3<T>) -> [Motion<T>; 1] {
     [Motion::new(Vec3::ZERO, axis)]
 }
 
 /// S of a spherical joint whose rates are given along the columns of `axes`.
 #[inline]
 #[must_use]
-pub fn spherical<T: Real>(axes: &Mat3<T>) -> [Motion<T>; 3] {
+pub fn spherical<T: Number>(axes: &Mat3<T>) -> [Motion<T>; 3] {
     [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| Motion::new(axis, Vec3::ZERO))
 }
 
 /// S of a free joint whose rates, angular first, are given along the columns of `axes`.
 #[inline]
 #[must_use]
-pub fn free<T: Real>(axes: &Mat3<T>) -> [Motion<T>; 6] {
+pub fn free<T: Number>(axes: &Mat3<T>) -> [Motion<T>; 6] {
     let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis];
     let turn = |axis| Motion::new(axis, Vec3::ZERO);
     let slide = |axis| Motion::new(Vec3::ZERO, axis);

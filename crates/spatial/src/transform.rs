@@ -1,6 +1,6 @@
 //! Coordinate transforms between frames that differ in axes and origin.
 
-use crate::{Force, Mat3, Motion, Pose, Quat, Real, Vec3};
+use crate::{Force, Mat3, Motion, Number, Pose, Quat, Real, Vec3};
 use core::ops::Mul;
 
 /// Where frame B is, seen from frame A, ready to map vectors from B to A.
@@ -15,7 +15,7 @@ pub struct Transform<T> {
     pub translation: Vec3<T>,
 }
 
-impl<T: Real> Transform<T> {
+impl<T: Number> Transform<T> {
     /// B coincides with A.
     pub const IDENTITY: Self = Self {
         rotation: Mat3::IDENTITY,
@@ -35,7 +35,7 @@ impl<T: Real> Transform<T> {
     /// Applies a function to every number.
     #[inline]
     #[must_use]
-    pub fn map<U: Real>(self, f: impl Fn(T) -> U) -> Transform<U> {
+    pub fn map<U: Number>(self, f: impl Fn(T) -> U) -> Transform<U> {
         Transform {
             rotation: self.rotation.map(&f),
             translation: self.translation.map(&f),
@@ -89,7 +89,10 @@ impl<T: Real> Transform<T> {
     /// Below t = eps^(1/4) both coefficients are their series 1/2 - t^2/24 and 1/6 - t^2/120.
     #[inline]
     #[must_use]
-    pub fn exp(twist: Motion<T>) -> Self {
+    pub fn exp(twist: Motion<T>) -> Self
+    where
+        T: Real,
+    {
         let (w, v) = (twist.angular, twist.linear);
         let square = w.length_squared();
         let angle = square.sqrt();
@@ -116,7 +119,7 @@ impl<T: Real> Transform<T> {
 }
 
 /// Composition: (A from B) * (B from C) = A from C.
-impl<T: Real> Mul for Transform<T> {
+impl<T: Number> Mul for Transform<T> {
     type Output = Self;
     #[inline]
     fn mul(self, rhs: Self) -> Self {

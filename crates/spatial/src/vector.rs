@@ -1,6 +1,6 @@
 //! Three-vectors over any [`Real`].
 
-use crate::Real;
+use crate::{Number, Real};
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 use glam::DVec3;
 
@@ -22,7 +22,7 @@ pub const fn vec3<T>(x: T, y: T, z: T) -> Vec3<T> {
     Vec3 { x, y, z }
 }
 
-impl<T: Real> Vec3<T> {
+impl<T: Number> Vec3<T> {
     /// All zeros.
     pub const ZERO: Self = vec3(T::ZERO, T::ZERO, T::ZERO);
 
@@ -36,7 +36,10 @@ impl<T: Real> Vec3<T> {
     /// The vector as a glam vector.
     #[inline]
     #[must_use]
-    pub fn to_glam(self) -> DVec3 {
+    pub fn to_glam(self) -> DVec3
+    where
+        T: Real,
+    {
         DVec3::new(self.x.to_f64(), self.y.to_f64(), self.z.to_f64())
     }
 
@@ -108,7 +111,7 @@ impl<T: Real> Vec3<T> {
     }
 }
 
-impl<T: Real> Add for Vec3<T> {
+impl<T: Number> Add for Vec3<T> {
     type Output = Self;
     #[inline]
     fn add(self, rhs: Self) -> Self {
@@ -116,14 +119,14 @@ impl<T: Real> Add for Vec3<T> {
     }
 }
 
-impl<T: Real> AddAssign for Vec3<T> {
+impl<T: Number> AddAssign for Vec3<T> {
     #[inline]
     fn add_assign(&mut self, rhs: Self) {
         *self = *self + rhs;
     }
 }
 
-impl<T: Real> Sub for Vec3<T> {
+impl<T: Number> Sub for Vec3<T> {
     type Output = Self;
     #[inline]
     fn sub(self, rhs: Self) -> Self {
@@ -131,14 +134,14 @@ impl<T: Real> Sub for Vec3<T> {
     }
 }
 
-impl<T: Real> SubAssign for Vec3<T> {
+impl<T: Number> SubAssign for Vec3<T> {
     #[inline]
     fn sub_assign(&mut self, rhs: Self) {
         *self = *self - rhs;
     }
 }
 
-impl<T: Real> Neg for Vec3<T> {
+impl<T: Number> Neg for Vec3<T> {
     type Output = Self;
     #[inline]
     fn neg(self) -> Self {
@@ -146,7 +149,7 @@ impl<T: Real> Neg for Vec3<T> {
     }
 }
 
-impl<T: Real> Mul<T> for Vec3<T> {
+impl<T: Number> Mul<T> for Vec3<T> {
     type Output = Self;
     #[inline]
     fn mul(self, rhs: T) -> Self {

@@ -10,7 +10,7 @@ use core::f64::consts;
 use num_bigint::BigInt;
 use num_traits::{Signed, ToPrimitive, Zero};
 use proptest::prelude::*;
-use vertebra_spatial::{DoubleDouble, Quat, Real, vec3};
+use vertebra_spatial::{DoubleDouble, Number, Quat, Real, vec3};
 
 /// Binary places of the fixed-point numbers that the tests compute with.
 const PLACES: i32 = 700;

@@ -21,10 +21,10 @@ pub use vertebra_collision::{
     write_ply,
 };
 pub use vertebra_dynamics::{
-    self as dynamics, Algorithm, BodyForce, BodyMotion, Choice, DcaOptions, DcaWorkspace, Error,
-    Forces, Integrator, Mechanics, Precision, Residual, Simulation, Solved, Solver, SolverOptions,
-    Workspace, Wrench, aba, body_poses, crba, crba_forward_dynamics, dca, forward_error,
-    forward_kinematics, joint_wrenches, mechanics, residual, rnea,
+    self as dynamics, Algorithm, Batch, BodyForce, BodyMotion, Choice, DcaOptions, DcaWorkspace,
+    Error, Forces, Integrator, Mechanics, Precision, Residual, Simulation, Solved, Solver,
+    SolverOptions, Workspace, Wrench, aba, aba_batch, body_poses, crba, crba_forward_dynamics, dca,
+    forward_error, forward_kinematics, joint_wrenches, mechanics, residual, rnea,
 };
 pub use vertebra_spatial::{self as spatial, Pose};
 

@@ -10,7 +10,7 @@
 use super::plan::{ChunkPlan, Extent, Inboard, JoinPlan, Parent, Part, Plan};
 use super::split::{Divide, divide, for_each};
 use crate::Forces;
-use crate::kinematics::{BLOCK, orientation, sines_and_cosines};
+use crate::kinematics::{BLOCK, sines_and_cosines};
 use crate::link::{Kind, Link};
 use vertebra_assembly::Units;
 use vertebra_spatial::{Force, Mat3, Motion, Real, RigidInertia, Transform, Vec3, subspace, vec3};
@@ -357,10 +357,12 @@ impl<T: Real> Link<T> {
                 local.rotation.y_axis = y_axis * cos - x_axis * sin;
             }
             Kind::Prismatic => local.translation += local.rotation.z_axis * length(q[0]),
-            Kind::Spherical => local.rotation = local.rotation * orientation(q),
+            Kind::Spherical => {
+                local.rotation = local.rotation * T::rotation_of([q[0], q[1], q[2], q[3]])
+            }
             Kind::Free => {
                 local.translation = local.point(vec3(q[0], q[1], q[2]).map(length));
-                local.rotation = local.rotation * orientation(&q[3..]);
+                local.rotation = local.rotation * T::rotation_of([q[3], q[4], q[5], q[6]]);
             }
         }
         local

@@ -6,7 +6,7 @@ use crate::Forces;
 use crate::link::{Kind, Scales};
 use crate::residual::Solution;
 use vertebra_spatial::matrix6::add_scaled;
-use vertebra_spatial::{Force, Motion, Real};
+use vertebra_spatial::{Force, Motion, Number, Real};
 
 impl<T: Real, L: Real> Tree<T, L> {
     /// Acceleration of a body's joint's origin, gravity taken off.
