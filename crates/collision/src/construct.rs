@@ -26,7 +26,7 @@ fn largest(v: Wide) -> f64 {
 }
 
 /// The power of two that brings a positive number into [1/2, 1), or 1 for zero.
-fn to_unit(size: f64) -> f64 {
+pub(crate) fn to_unit(size: f64) -> f64 {
     if size > 0.0 {
         let exponent = (size.to_bits() >> 52).min(2045);
         // The exponents of a number and of its reciprocal power of two add up to twice the bias, less one.

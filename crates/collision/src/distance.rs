@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::construct::to_unit;
 use crate::exact;
 use crate::predicates::Plane;
 
@@ -61,29 +62,21 @@ impl DistanceBounds {
     pub(crate) fn of_disjoint(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
         let origin = a[0];
         let (a, b) = (a.map(|p| p - origin), b.map(|p| p - origin));
+        let corners = a.iter().chain(&b);
+        let size = corners.fold(0.0_f64, |m, p| m.max(p.abs().max_element()));
+        // In units of a power of two near the size nothing over- or underflows, and going there and back is exact.
+        let unit = to_unit(size);
+        let (a, b) = (a.map(|p| p * unit), b.map(|p| p * unit));
+        let rounding = ROUNDING * (size * unit);
         let vector = closest(&a, &b);
         let length = vector.length();
-        let size = a
-            .iter()
-            .chain(&b)
-            .fold(0.0_f64, |m, p| m.max(p.abs().max_element()));
-        let rounding = ROUNDING * size + f64::MIN_POSITIVE;
-        let direction = if length > 0.0 {
-            vector / length
-        } else {
-            DVec3::ZERO
-        };
-        let nearest = b
-            .map(|p| p.dot(direction))
-            .into_iter()
-            .fold(f64::INFINITY, f64::min);
-        let farthest = a
-            .map(|p| p.dot(direction))
-            .into_iter()
-            .fold(f64::NEG_INFINITY, f64::max);
+        let direction = vector.try_normalize().unwrap_or(DVec3::ZERO);
+        let along = |p: &DVec3| p.dot(direction);
+        let nearest = b.iter().map(along).fold(f64::INFINITY, f64::min);
+        let farthest = a.iter().map(along).fold(f64::NEG_INFINITY, f64::max);
         Self {
-            lower: (nearest - farthest - rounding).max(0.0),
-            upper: length + rounding,
+            lower: (nearest - farthest - rounding).max(0.0) / unit,
+            upper: (length + rounding) / unit,
         }
     }
 }

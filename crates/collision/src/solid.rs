@@ -129,7 +129,7 @@ impl<'a> Solid<'a> {
     ///
     /// # Errors
     ///
-    /// None that is known; only queries can fail.
+    /// What [`Query::any`] says; nothing for the poses that [`RelativePose::between`] gives.
     pub fn contains<'b>(
         &'b self,
         other: impl Into<Operand<'b>>,

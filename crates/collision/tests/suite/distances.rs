@@ -114,8 +114,8 @@ fn bounds_on_hard_pairs() {
         }
         check(&a, &b);
     }
-    for size in [1e-44, 1e-30, 1e30] {
-        let scaled = |t: Triangle| t.map(|p| (p * size).as_vec3().as_dvec3());
+    for size in [2.0_f64.powi(-240), 1e-44, 1e-30, 1e30, 2.0_f64.powi(320)] {
+        let scaled = |t: Triangle| t.map(|p| p * size);
         for _ in 0..60 {
             check(
                 &scaled(random.lattice_triangle(-4, 4)),
