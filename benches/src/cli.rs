@@ -34,6 +34,8 @@ pub enum Command {
     },
     /// Write a scenario's inputs for other tools.
     Export(ExportArgs),
+    /// Measure other programs beside ours on the same inputs; `cargo xtask peers` installs them.
+    Peers(PeersArgs),
 }
 
 const BENCH_EXAMPLES: &str = "\
@@ -155,6 +157,26 @@ pub struct ExportArgs {
     /// Seed of everything random, as for `bench`.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+}
+
+/// Options of `peers`.
+#[derive(Args, Debug)]
+pub struct PeersArgs {
+    /// What to compare.
+    #[arg(value_parser = ["collision", "dynamics"])]
+    pub what: String,
+    /// The other programs, as an array of {"name", "command"} or {"name", "absent"}; none by default.
+    #[arg(long, value_name = "FILE.json")]
+    pub harnesses: Option<PathBuf>,
+    /// Only see that everything runs.
+    #[arg(long)]
+    pub quick: bool,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Folder for peers-<what>.json, .csv and .md.
+    #[arg(long, default_value = "target/peers", value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 /// A precision on the command line.

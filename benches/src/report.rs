@@ -80,7 +80,7 @@ pub(crate) fn to_markdown(rows: &[Row], plots: &[Plot]) -> String {
 }
 
 /// The distinct notes of the rows, each with the methods it is about.
-fn notes(rows: &[&Row]) -> Vec<String> {
+pub(crate) fn notes(rows: &[&Row]) -> Vec<String> {
     let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for row in rows.iter().filter(|row| !row.note.is_empty()) {
         match notes.iter_mut().find(|(note, _)| *note == row.note) {
