@@ -57,14 +57,15 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `collision`. All by default; none of them when you name
-    /// files of your own.
-    #[arg(value_parser = ["dynamics", "collision"])]
+    /// Scenarios to measure: `dynamics`, `collision`, `collision-error`, `collision-scaling`. All by
+    /// default; none of them when you name files of your own.
+    #[arg(value_parser = ["dynamics", "collision", "collision-error", "collision-scaling"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
     pub quick: bool,
-    /// Methods: aba, crba, rnea, step; exact, moller, moller0, or one question such as exact-any.
+    /// Methods: aba, crba, rnea, step; exact, moller, moller0, separating-axes, build, or one
+    /// question such as exact-any.
     #[arg(long, value_delimiter = ',', value_parser = METHODS)]
     pub method: Vec<String>,
     /// Precisions.
@@ -200,8 +201,9 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 16] = [
+const METHODS: [&str; 18] = [
     "aba",
+    "build",
     "crba",
     "rnea",
     "step",
@@ -217,6 +219,7 @@ const METHODS: [&str; 16] = [
     "moller-pairs",
     "moller0",
     "moller0-pairs",
+    "separating-axes",
 ];
 
 impl BenchArgs {
