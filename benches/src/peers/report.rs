@@ -105,6 +105,7 @@ impl Report<'_> {
             ("median", true),
             ("error", true),
             ("ours/peer", true),
+            ("fastest calls", true),
         ];
         let lines = self.measured.iter().filter(|m| m.own).map(|own| {
             let mut line = vec![
@@ -122,8 +123,9 @@ impl Report<'_> {
                     seconds(peer.time_median_s),
                     error(peer),
                     times(own.row.time_median_s / peer.time_median_s),
+                    times(own.row.time_min_s / peer.time_min_s),
                 ]),
-                None => line.extend(["-"; 4].map(str::to_owned)),
+                None => line.extend(["-"; 5].map(str::to_owned)),
             }
             line
         });

@@ -28,12 +28,9 @@ pub fn lists(seed: u64) -> anyhow::Result<Vec<(String, Vec<TrianglePair>)>> {
         lists.push((subject.scenario.clone(), candidates(&subject)?));
     }
     let mut random = Random::new(seed);
+    lists.push(("nearly touching".to_owned(), nearly_touching(&mut random)));
     lists.push((
-        "ulps from touching".to_owned(),
-        nearly_touching(&mut random),
-    ));
-    lists.push((
-        "ulps from touching near the origin".to_owned(),
+        "nearly touching at origin".to_owned(),
         nearly_touching_at_the_origin(&mut random),
     ));
     let pairs: Vec<TrianglePair> = (0..COUNT).map(|_| random_pair(&mut random)).collect();
