@@ -124,3 +124,39 @@ impl Problem for MeshPair {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::peers::contender::Contender;
+    use crate::row::tests::row;
+
+    #[test]
+    fn wrong_pairs_are_counted_and_repeated_ones_refused() {
+        let problems = problems().unwrap();
+        assert_eq!(problems.len(), 6);
+        for problem in &problems {
+            let mut own = problem.own().unwrap();
+            let Answer::Pairs(mut pairs) = own.answer(0).unwrap() else {
+                panic!("no pairs");
+            };
+            let judge = |pairs: &[[u32; 2]]| {
+                let row = row(problem.scenario(), "m", "-", 1, 1e-3);
+                problem.judge(&Answer::Pairs(pairs.to_vec()), row)
+            };
+            let right = judge(&pairs).unwrap();
+            assert_eq!((right.false_pairs, right.missed_pairs), (Some(0), Some(0)));
+            let last = pairs.pop().unwrap();
+            pairs.insert(0, [u32::MAX, last[1]]);
+            let wrong = judge(&pairs).unwrap();
+            assert_eq!((wrong.false_pairs, wrong.missed_pairs), (Some(1), Some(1)));
+            pairs.push(pairs[1]);
+            assert!(judge(&pairs).is_err());
+            assert!(
+                problem
+                    .judge(&Answer::Accelerations(Vec::new()), right)
+                    .is_err()
+            );
+        }
+    }
+}

@@ -232,3 +232,66 @@ fn numbers(text: &mut String, list: &[f64]) -> std::fmt::Result {
     }
     writeln!(text)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::peers::contender::Contender;
+    use crate::row::tests::row;
+
+    #[test]
+    fn ours_are_right_and_a_planted_error_is_measured() {
+        for problem in problems(true, 1).unwrap() {
+            let mut own = problem.own().unwrap();
+            let Answer::Accelerations(mut rows) = own.answer(0).unwrap() else {
+                panic!("no accelerations");
+            };
+            let judge = |rows: &[Vec<f64>]| {
+                let row = row(problem.scenario(), "m", "f64", 1, 1e-3);
+                problem.judge(&Answer::Accelerations(rows.to_vec()), row)
+            };
+            assert!(judge(&rows).unwrap().error_forward.unwrap() < 1e-11);
+            let state = &mut rows[7];
+            let largest = state.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
+            state[3] += 1e-3 * largest;
+            let error = judge(&rows).unwrap().error_forward.unwrap();
+            assert!((error - 1e-3).abs() < 1e-9, "{error:e}");
+            rows.pop();
+            assert!(judge(&rows).is_err());
+        }
+    }
+
+    /// Read by words, as `harness.hpp` does.
+    #[test]
+    fn exported_numbers_come_back_to_the_last_bit() {
+        let model = generate::random_chain(3, &Rod::default(), 5).unwrap();
+        let problem = Articulated::new("chain".to_owned(), model.clone(), 5).unwrap();
+        let text = problem_text(&model, &problem.inputs).unwrap();
+        let mut words = text.split_whitespace();
+        let mut number = || words.next().unwrap().parse::<f64>();
+        let gravity = [(); 3].map(|()| number().unwrap());
+        assert_eq!(gravity, model.gravity().to_array());
+        assert_eq!(number(), Ok(3.0));
+        for (index, body) in model.bodies().iter().enumerate() {
+            assert_eq!(number(), Ok(index as f64 - 1.0));
+            assert!(number().is_err(), "the kind of joint");
+            let JointKind::Revolute { axis } = body.joint.kind else {
+                panic!("{:?}", body.joint.kind);
+            };
+            let found: Vec<f64> = (0..20).map(|_| number().unwrap()).collect();
+            assert_eq!(found[..3], axis.to_array());
+            assert_eq!(found[6..10], [0.0, 0.0, 0.0, 1.0]);
+            assert_eq!(found[10], body.mass.mass);
+            assert_eq!(found[14], body.mass.inertia.x_axis.x);
+        }
+        assert_eq!([(); 3].map(|()| number().unwrap()), [64.0, 3.0, 3.0]);
+        for (state, forces) in &problem.inputs {
+            for list in [&state.q, &state.qd, &forces.joint] {
+                for expected in list {
+                    assert_eq!(number(), Ok(*expected));
+                }
+            }
+        }
+        assert_eq!(words.next(), None);
+    }
+}

@@ -51,7 +51,9 @@ macro_rules! methods {
 }
 
 fn main() {
-    let folder = std::env::args().nth(1).expect("a folder with a.obj and b.obj");
+    let folder = std::env::args()
+        .nth(1)
+        .expect("a folder with a.obj and b.obj");
     let read = |side: &str| Obj::read(&format!("{folder}/{side}.obj")).expect("a mesh");
     let (a, b) = (read("a"), read("b"));
     let mut methods = Vec::new();

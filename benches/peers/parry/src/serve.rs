@@ -28,7 +28,10 @@ impl Obj {
                 _ => return Err(format!("{path}: {line}").into()),
             }
         }
-        Ok(Self { vertices, triangles })
+        Ok(Self {
+            vertices,
+            triangles,
+        })
     }
 }
 
@@ -58,9 +61,9 @@ fn sample(method: &mut Method, budget: f64) -> Vec<f64> {
 pub fn serve(peer: &str, methods: &mut [Method]) {
     let described: Vec<_> = methods
         .iter()
-        .map(|m| {
-            json!({"name": m.name, "precision": m.precision, "stage": m.stage, "note": m.note})
-        })
+        .map(
+            |m| json!({"name": m.name, "precision": m.precision, "stage": m.stage, "note": m.note}),
+        )
         .collect();
     let answer = |value: serde_json::Value| {
         println!("{value}");
