@@ -175,7 +175,7 @@ pub struct PeersArgs {
     /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Folder for peers-<what>.json, .csv and .md.
+    /// Folder for peers-WHAT.json, .csv and .md.
     #[arg(long, default_value = "target/peers", value_name = "DIR")]
     pub out: PathBuf,
 }

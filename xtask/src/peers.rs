@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     /// Seed of everything random
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Folder for peers-<what>.json, .csv and .md, from the root of the workspace; target/peers by
+    /// Folder for peers-WHAT.json, .csv and .md, from the root of the workspace; target/peers by
     /// default
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
