@@ -26,7 +26,7 @@ struct Method {
     // Methods of one stage answer the same question from the same starting point.
     std::string stage;
     std::string note;
-    // One sample: the problem solved once, or `problems` problems in turn.
+    // One sample: `problems` problems solved.
     std::function<void()> call;
     int problems = 1;
     // The result of the latest call as JSON.
@@ -151,7 +151,19 @@ struct Problem {
     std::array<double, 3> gravity;
     std::vector<Body> bodies;
     std::vector<State> states;
+    // How many of the states make a sample.
+    int group;
 };
+
+// What solves the next `group` inputs, and begins again after the last.
+template <typename Inputs, typename Solve> std::function<void()> in_turn(const Inputs &inputs, int group, Solve solve) {
+    return [&inputs, group, solve, next = std::size_t(0)]() mutable {
+        for (int k = 0; k < group; ++k) {
+            solve(inputs[next]);
+            next = (next + 1) % inputs.size();
+        }
+    };
+}
 
 inline Problem read_problem(const std::string &path) {
     std::ifstream file(path);
@@ -172,7 +184,7 @@ inline Problem read_problem(const std::string &path) {
         file >> b.mass;
         numbers(b.center), numbers(b.inertia);
     }
-    file >> states >> positions >> freedoms;
+    file >> states >> positions >> freedoms >> problem.group;
     problem.states.resize(states);
     for (State &s : problem.states) {
         s.q.resize(positions), s.qd.resize(freedoms), s.force.resize(freedoms);

@@ -98,10 +98,6 @@ int main(int, char **argv) {
         mju_copy(data->qfrc_applied, x.force.data(), model->nv);
         mj_forward(model, data);
     };
-    const auto all = [&] {
-        for (const Input &x : inputs)
-            solve(x);
-    };
     const auto answer = [&] {
         std::vector<std::vector<double>> rows;
         for (std::size_t i = 0; i < inputs.size(); ++i) {
@@ -114,5 +110,5 @@ int main(int, char **argv) {
                           {{"mujoco", "f64", "forward dynamics",
                             "mj_forward() from C++, constraints, contacts, actuation and sensors off; it computes the "
                             "mass matrix and its factors on the way",
-                            all, int(inputs.size()), answer}});
+                            harness::in_turn(inputs, problem.group, solve), problem.group, answer}});
 }

@@ -80,10 +80,7 @@ int main(int, char **argv) {
         inputs.push_back({vector(s.q), swapped(vector(s.qd), model), swapped(vector(s.force), model)});
     }
     const auto method = [&](const char *name, pin::Convention convention) {
-        const auto all = [&, convention] {
-            for (const Input &x : inputs)
-                pin::aba(model, data, x.q, x.v, x.tau, convention);
-        };
+        const auto solve = [&, convention](const Input &x) { pin::aba(model, data, x.q, x.v, x.tau, convention); };
         const auto answer = [&, convention] {
             std::vector<std::vector<double>> rows;
             for (const Input &x : inputs) {
@@ -96,8 +93,8 @@ int main(int, char **argv) {
                                "f64",
                                "forward dynamics",
                                "aba() from C++, headers compiled with -O3 -DNDEBUG",
-                               all,
-                               int(inputs.size()),
+                               harness::in_turn(inputs, problem.group, solve),
+                               problem.group,
                                answer};
     };
     return harness::serve("Pinocchio " PINOCCHIO_VERSION, {method("pinocchio-local", pin::Convention::LOCAL),

@@ -24,6 +24,9 @@ const CHAINS: [usize; 3] = [128, 256, 512];
 const ROBOTS: [&str; 4] = ["panda7", "solo12", "simple_humanoid", "g1_29dof"];
 /// States solved in turn, so that none is in the caches for having been solved just before.
 const STATES: u64 = 64;
+/// Bodies that a sample solves, over as many states as that takes: a
+/// sample should be long for the clock and short for the scheduler.
+const BODIES_PER_SAMPLE: usize = 1024;
 /// Freedoms beyond which a dense factorisation is not timed.
 const DENSE_LIMIT: usize = 64;
 
@@ -88,9 +91,16 @@ impl Articulated {
         })
     }
 
+    /// States that make a sample.
+    fn group(&self) -> usize {
+        (BODIES_PER_SAMPLE / self.model.bodies().len()).clamp(1, self.inputs.len())
+    }
+
     fn own_method(&self, name: &str, precision: Precision, solve: Solve) -> OwnMethod<'_> {
         let mut workspace = Workspace::new(&self.model, precision);
         let mut another = Workspace::new(&self.model, precision);
+        let group = self.group();
+        let mut turns = self.inputs.iter().cycle();
         OwnMethod {
             method: Method {
                 name: name.to_owned(),
@@ -98,9 +108,9 @@ impl Articulated {
                 stage: "forward dynamics".to_owned(),
                 note: "one thread".to_owned(),
             },
-            problems: self.inputs.len(),
+            problems: group,
             call: Box::new(move || {
-                for (state, forces) in &self.inputs {
+                for (state, forces) in turns.by_ref().take(group) {
                     solve(&self.model, state, forces, &mut workspace, &mut |_| ())?;
                 }
                 Ok(())
@@ -136,7 +146,7 @@ impl Problem for Articulated {
     }
 
     fn export(&self, folder: &Path) -> anyhow::Result<()> {
-        let text = problem_text(&self.model, &self.inputs)?;
+        let text = problem_text(&self.model, &self.inputs, self.group())?;
         Ok(write_atomically(
             &folder.join("problem.txt"),
             text.as_bytes(),
@@ -182,7 +192,7 @@ impl Problem for Articulated {
 
 /// The model and its states as `benches/peers/harness.hpp` reads them: plain numbers that come back
 /// to the last bit. (URDF has rotations as three angles, whose rounding makes another model.)
-fn problem_text(model: &Model, inputs: &[(State, Forces)]) -> anyhow::Result<String> {
+fn problem_text(model: &Model, inputs: &[(State, Forces)], group: usize) -> anyhow::Result<String> {
     let mut text = String::new();
     numbers(&mut text, &model.gravity().to_array())?;
     writeln!(text, "{}", model.bodies().len())?;
@@ -212,7 +222,7 @@ fn problem_text(model: &Model, inputs: &[(State, Forces)]) -> anyhow::Result<Str
     }
     writeln!(
         text,
-        "{} {} {}",
+        "{} {} {} {group}",
         inputs.len(),
         model.position_count(),
         model.dof_count()
@@ -266,7 +276,7 @@ mod tests {
     fn exported_numbers_come_back_to_the_last_bit() {
         let model = generate::random_chain(3, &Rod::default(), 5).unwrap();
         let problem = Articulated::new("chain".to_owned(), model.clone(), 5).unwrap();
-        let text = problem_text(&model, &problem.inputs).unwrap();
+        let text = problem_text(&model, &problem.inputs, 9).unwrap();
         let mut words = text.split_whitespace();
         let mut number = || words.next().unwrap().parse::<f64>();
         let gravity = [(); 3].map(|()| number().unwrap());
@@ -284,7 +294,7 @@ mod tests {
             assert_eq!(found[10], body.mass.mass);
             assert_eq!(found[14], body.mass.inertia.x_axis.x);
         }
-        assert_eq!([(); 3].map(|()| number().unwrap()), [64.0, 3.0, 3.0]);
+        assert_eq!([(); 4].map(|()| number().unwrap()), [64.0, 3.0, 3.0, 9.0]);
         for (state, forces) in &problem.inputs {
             for list in [&state.q, &state.qd, &forces.joint] {
                 for expected in list {
