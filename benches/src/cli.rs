@@ -34,6 +34,8 @@ pub enum Command {
     },
     /// Write a scenario's inputs for other tools.
     Export(ExportArgs),
+    /// Measure other programs beside ours on the same inputs; `cargo xtask peers` installs them.
+    Peers(PeersArgs),
 }
 
 const BENCH_EXAMPLES: &str = "\
@@ -55,14 +57,15 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `batch`, `collision`. All by default; none of them when you
-    /// name files of your own.
-    #[arg(value_parser = ["dynamics", "batch", "collision"])]
+    /// Scenarios to measure: `dynamics`, `batch`, `collision`, `collision-error`, `collision-scaling`. All
+    /// by default; none of them when you name files of your own.
+    #[arg(value_parser = ["dynamics", "batch", "collision", "collision-error", "collision-scaling"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
     pub quick: bool,
-    /// Methods: aba, crba, rnea, step; exact, moller, moller0, or one question such as exact-any.
+    /// Methods: aba, crba, rnea, step; exact, moller, moller0, separating-axes, build, or one
+    /// question such as exact-any.
     #[arg(long, value_delimiter = ',', value_parser = METHODS)]
     pub method: Vec<String>,
     /// Precisions.
@@ -157,6 +160,26 @@ pub struct ExportArgs {
     pub seed: u64,
 }
 
+/// Options of `peers`.
+#[derive(Args, Debug)]
+pub struct PeersArgs {
+    /// What to compare.
+    #[arg(value_parser = ["collision", "dynamics"])]
+    pub what: String,
+    /// The other programs, as an array of {"name", "command"} or {"name", "absent"}; none by default.
+    #[arg(long, value_name = "FILE.json")]
+    pub harnesses: Option<PathBuf>,
+    /// Only see that everything runs.
+    #[arg(long)]
+    pub quick: bool,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Folder for peers-WHAT.json, .csv and .md.
+    #[arg(long, default_value = "target/peers", value_name = "DIR")]
+    pub out: PathBuf,
+}
+
 /// A precision on the command line.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub enum PrecisionArg {
@@ -178,8 +201,9 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 16] = [
+const METHODS: [&str; 18] = [
     "aba",
+    "build",
     "crba",
     "rnea",
     "step",
@@ -195,6 +219,7 @@ const METHODS: [&str; 16] = [
     "moller-pairs",
     "moller0",
     "moller0-pairs",
+    "separating-axes",
 ];
 
 impl BenchArgs {

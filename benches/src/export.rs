@@ -84,7 +84,7 @@ fn case<'a>(state: &'a State, forces: &'a Forces) -> Case<'a> {
 }
 
 /// The mesh as the exact test sees it: posed vertices in f64, written so that they read back exactly.
-fn posed_obj(mesh: &TriangleMesh, pose: &Pose) -> anyhow::Result<String> {
+pub(crate) fn posed_obj(mesh: &TriangleMesh, pose: &Pose) -> anyhow::Result<String> {
     use std::fmt::Write;
     let relative = RelativePose::between(&Pose::IDENTITY, pose)?;
     let mut text = String::new();

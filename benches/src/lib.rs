@@ -16,6 +16,7 @@ pub mod export;
 pub mod frames;
 pub mod interrupt;
 pub mod measure;
+pub mod peers;
 pub mod plot;
 pub mod progress;
 pub mod report;

@@ -9,7 +9,7 @@ use clap::Parser;
 use std::process::ExitCode;
 use vertebra_bench::cli::{Cli, Command, CompareArgs, ReportArgs};
 use vertebra_bench::run::Outcome;
-use vertebra_bench::{compare, export, interrupt, results, run, selftest};
+use vertebra_bench::{compare, export, interrupt, peers, results, run, selftest};
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
@@ -18,6 +18,7 @@ fn main() -> ExitCode {
         Command::Report(arguments) => report(&arguments).map(|()| Outcome::Success),
         Command::Selftest { figures } => Ok(Outcome::of(selftest::selftest(figures))),
         Command::Export(arguments) => export::export(&arguments).map(|()| Outcome::Success),
+        Command::Peers(arguments) => peers::peers(&arguments),
     };
     match outcome {
         Ok(Outcome::Success) => ExitCode::SUCCESS,

@@ -17,11 +17,12 @@ const LEGEND: &str = "\
 - **q1..q3**: first to third quartile of the samples, between which the middle half of them lies; the fastest to the \
 slowest sample where a run recorded no quartiles.
 - **prec**: floating-point type of the computation; **on**: kind of device; **thr**: threads.
+- **pairs/s**: pairs of triangles answered for in a second, tested or culled.
 - **forward**: largest difference from the reference result over the largest reference value.
 - **residual**: largest amount by which the result fails an equation it should satisfy, over the terms of that equation; \
 the equations of one body share the largest of their sums.
 - **false/missed**: pairs reported that do not intersect in exact arithmetic, and pairs that do and were not \
-reported. The reference is a list made apart from the queries measured: both meshes' triangles, posed in f64, are swept \
+reported. Of candidate pairs (scenarios *error: ..*) integer arithmetic tells, by separating axes. Else the reference is a list made apart from the queries measured: both meshes' triangles, posed in f64, are swept \
 along one axis, and those whose f64 extents overlap go through the exact test of two triangles. So it shares that test \
 with the exact methods, but none of their culling and none of their threads; the test suite holds the test itself against \
 an oracle in rational arithmetic and against lists made with CGAL.
@@ -80,7 +81,7 @@ pub(crate) fn to_markdown(rows: &[Row], plots: &[Plot]) -> String {
 }
 
 /// The distinct notes of the rows, each with the methods it is about.
-fn notes(rows: &[&Row]) -> Vec<String> {
+pub(crate) fn notes(rows: &[&Row]) -> Vec<String> {
     let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for row in rows.iter().filter(|row| !row.note.is_empty()) {
         match notes.iter_mut().find(|(note, _)| *note == row.note) {

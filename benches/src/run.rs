@@ -8,7 +8,9 @@ use crate::measure::Budget;
 use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
-use crate::scenario::{Measurement, Meter, batch, chain, meshes, model};
+use crate::scenario::{
+    Measurement, Meter, Selection, batch, chain, error_table, meshes, model, scaling,
+};
 use crate::table::to_table;
 use anyhow::Context;
 use std::path::Path;
@@ -49,8 +51,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
         Some(path) => Some(read_results(path)?),
         None => None,
     };
-    let models = models(arguments)?;
-    let meshes = mesh_pairs(arguments)?;
+    let subjects = Subjects::of(arguments)?;
     let outputs = [
         Some(arguments.out.join(RESULTS_JSON)),
         arguments.hits.clone(),
@@ -70,26 +71,11 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     };
 
     let selection = arguments.selection();
-    let batches = if arguments.wants(batch::NAME) {
-        batch::subjects(&selection)?
-    } else {
-        Vec::new()
-    };
     let available = rayon::current_num_threads();
     if selection.threads.iter().any(|&asked| asked > available) {
         println!("there are {available} threads: no row is measured with more");
     }
-    let mut list: Vec<Measurement<'_>> = Vec::new();
-    for subject in &models {
-        list.extend(subject.measurements(&selection));
-    }
-    for subject in &batches {
-        list.extend(subject.measurements(&selection));
-    }
-    for subject in &meshes {
-        list.extend(subject.measurements(&selection));
-    }
-    let Measured { rows, failures } = measure_all(list, &meter);
+    let Measured { rows, failures } = measure_all(subjects.measurements(&selection), &meter);
     if rows.is_empty() {
         if let Some((label, error)) = failures.into_iter().next() {
             return Err(error.context(label));
@@ -110,7 +96,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
         println!("wrote {}", path.display());
     }
     if !meter.interrupt.requested() {
-        failures.extend(write_further(arguments, &models, &meshes, &meter.interrupt));
+        failures.extend(write_further(arguments, &subjects, &meter.interrupt));
     }
     let mut worse = false;
     if let Some(old) = old {
@@ -129,25 +115,76 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
 }
 
 /// Writes the files of `--hits` and `--frames`; what went wrong, a line each.
-fn write_further(
-    arguments: &BenchArgs,
-    models: &[model::Subject],
-    meshes: &[meshes::Subject],
-    interrupt: &Interrupt,
-) -> Vec<String> {
+fn write_further(arguments: &BenchArgs, subjects: &Subjects, interrupt: &Interrupt) -> Vec<String> {
     let mut failures = Vec::new();
     if let Some(path) = &arguments.hits {
-        let written = meshes
+        let written = subjects
+            .meshes
             .last()
             .context("no meshes are measured: add `collision`, or --mesh-a and --mesh-b")
             .and_then(|subject| write_hits(path, subject));
         failures.extend(written.err().map(|error| format!("--hits: {error:#}")));
     }
     if let Some(path) = &arguments.frames {
-        let written = write_frames(path, models.first(), interrupt);
+        let written = write_frames(path, subjects.models.first(), interrupt);
         failures.extend(written.err().map(|error| format!("--frames: {error:#}")));
     }
     failures
+}
+
+/// Everything that is measured.
+struct Subjects {
+    models: Vec<model::Subject>,
+    batches: Vec<batch::Subject>,
+    meshes: Vec<meshes::Subject>,
+    error_lists: Vec<error_table::Subject>,
+    spheres: Vec<scaling::Subject>,
+}
+
+impl Subjects {
+    /// What is asked for.
+    fn of(arguments: &BenchArgs) -> anyhow::Result<Self> {
+        let selection = arguments.selection();
+        Ok(Self {
+            models: models(arguments)?,
+            batches: if arguments.wants(batch::NAME) {
+                batch::subjects(&selection)?
+            } else {
+                Vec::new()
+            },
+            meshes: mesh_pairs(arguments)?,
+            error_lists: if arguments.wants(error_table::NAME) {
+                error_table::subjects(&selection)?
+            } else {
+                Vec::new()
+            },
+            spheres: if arguments.wants(scaling::NAME) {
+                scaling::subjects(&selection)
+            } else {
+                Vec::new()
+            },
+        })
+    }
+
+    fn measurements(&self, selection: &Selection) -> Vec<Measurement<'_>> {
+        let mut list = Vec::new();
+        for subject in &self.models {
+            list.extend(subject.measurements(selection));
+        }
+        for subject in &self.batches {
+            list.extend(subject.measurements(selection));
+        }
+        for subject in &self.meshes {
+            list.extend(subject.measurements(selection));
+        }
+        for subject in &self.error_lists {
+            list.extend(subject.measurements(selection));
+        }
+        for subject in &self.spheres {
+            list.extend(subject.measurements(selection));
+        }
+        list
+    }
 }
 
 /// What came of a list of measurements.

@@ -1,14 +1,18 @@
-//! What is measured: the source's two scenarios, batches of robots, and the user's own files put
-//! through the same rows.
+//! What is measured: the source's two scenarios; batches of robots; tests of two triangles where they
+//! err, and meshes of millions of triangles; and the user's own files put through the same rows.
 //!
 //! A scenario is a list of [`Measurement`]s, each of which becomes one row.
 
 pub mod batch;
 pub mod chain;
+pub mod error_inputs;
+pub mod error_table;
 pub mod meshes;
 pub mod model;
 pub mod published;
 pub mod reference;
+pub mod scaling;
+pub mod separating_axes;
 pub mod tableware;
 
 use crate::interrupt::Interrupt;

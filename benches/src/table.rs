@@ -6,7 +6,7 @@ use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, LineStyle, Table};
 
 use crate::row::Row;
-use format::{count, error_figure, seconds, spread, times};
+use format::{count, error_figure, rate, seconds, spread, times};
 
 /// One column: its heading, how it is aligned, and its cell of a row; a column of empty cells is
 /// left out.
@@ -17,7 +17,7 @@ struct Column {
 }
 
 /// The columns of a scenario's table.
-const COLUMNS: [Column; 13] = [
+const COLUMNS: [Column; 14] = [
     Column {
         heading: "method",
         right: false,
@@ -52,6 +52,17 @@ const COLUMNS: [Column; 13] = [
         heading: "q1..q3",
         right: true,
         cell: |row| spread(row.middle_half_s(), row.time_median_s),
+    },
+    Column {
+        heading: "pairs/s",
+        right: true,
+        cell: |row| {
+            if row.size_unit.ends_with("pairs") {
+                rate(row.size as f64 / row.time_median_s)
+            } else {
+                String::new()
+            }
+        },
     },
     Column {
         heading: "hits",

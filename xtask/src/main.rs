@@ -8,6 +8,7 @@ mod bench;
 mod binary;
 mod ci;
 mod export;
+mod peers;
 mod selftest;
 mod stages;
 mod test;
@@ -38,6 +39,8 @@ enum Command {
     /// selftest`
     #[command(disable_help_flag = true)]
     Selftest(binary::Arguments),
+    /// Install other programs and measure them beside ours on the same inputs
+    Peers(peers::Arguments),
     /// Formatting, lints, documentation and tests
     Test(test::Arguments),
     /// Everything that must pass before a change is merged
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
         Command::Selftest(arguments) => selftest::run(&arguments),
+        Command::Peers(arguments) => peers::run(&arguments),
         Command::Test(arguments) => test::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
     };

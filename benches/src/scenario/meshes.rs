@@ -157,7 +157,7 @@ impl Subject {
     }
 
     /// The colliding pairs, sorted, found apart from any query.
-    fn reference(&self) -> anyhow::Result<&[[u32; 2]]> {
+    pub(crate) fn reference(&self) -> anyhow::Result<&[[u32; 2]]> {
         let pose = RelativePose::between(&Pose::IDENTITY, &self.pose_b)?;
         let pairs = || reference::pairs(&self.a, &self.b, &pose);
         Ok(self.reference.get_or_init(pairs))

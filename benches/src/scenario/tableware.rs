@@ -49,7 +49,7 @@ impl Builder {
 
 #[expect(
     clippy::cast_possible_truncation,
-    reason = "the meshes have a few ten thousand vertices"
+    reason = "the meshes have a few million vertices"
 )]
 const fn index(i: usize) -> u32 {
     i as u32
@@ -69,7 +69,15 @@ fn circle(angle: f64) -> DVec2 {
 /// # Errors
 /// None in practice: the mesh is valid.
 pub fn sphere() -> Result<TriangleMesh, MeshError> {
-    let (around, down) = (32, 16);
+    uv_sphere(32, 16)
+}
+
+/// Sphere of radius 1 m, `around` steps by `down` steps from pole to pole: 2 around (down - 1)
+/// triangles.
+///
+/// # Errors
+/// [`MeshError`] if there are too few steps.
+pub fn uv_sphere(around: usize, down: usize) -> Result<TriangleMesh, MeshError> {
     let mut mesh = Builder::default();
     let north = mesh.vertex(DVec3::Z);
     for ring in 1..down {

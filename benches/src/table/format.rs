@@ -61,6 +61,17 @@ pub(crate) fn error_figure(value: f64) -> String {
     }
 }
 
+/// A rate: `21.4 M`.
+pub(crate) fn rate(per_second: f64) -> String {
+    let (unit, name) = match per_second {
+        r if r < 999.5e3 => (1e3, "k"),
+        r if r < 999.5e6 => (1e6, "M"),
+        r if r < 999.5e9 => (1e9, "G"),
+        _ => (1e12, "T"),
+    };
+    format!("{} {name}", three_digits(per_second / unit))
+}
+
 /// A ratio: `12.3x`.
 pub(crate) fn times(ratio: f64) -> String {
     format!("{}x", three_digits(ratio))
@@ -89,6 +100,10 @@ mod tests {
         assert_eq!(
             [0.0, 1.24e-14, 3.0].map(error_figure),
             ["0", "1.2e-14", "3.0e0"]
+        );
+        assert_eq!(
+            [1234.0, 999.9e3, 21.4e6, 61.4e9, 2e13].map(rate),
+            ["1.23 k", "1.00 M", "21.4 M", "61.4 G", "20.0 T"]
         );
         assert_eq!([0.5, 9.996, 1234.5].map(times), ["0.50x", "10.0x", "1234x"]);
     }

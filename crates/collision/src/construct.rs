@@ -5,7 +5,7 @@
 //! Where they are, the bound says so; it never exceeds the length of the side, since the point is on it.
 
 use glam::DVec3;
-use vertebra_spatial::{DoubleDouble, Real, Vec3};
+use vertebra_spatial::{DoubleDouble, Number, Real, Vec3};
 
 type Wide = Vec3<DoubleDouble>;
 
