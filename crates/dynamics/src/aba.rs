@@ -8,12 +8,12 @@
 //! Down: a' = X a_parent + c, qdd = D^-1 (u - U' a'), a = a' + S qdd.
 
 use crate::link::{Kind, Link};
+use crate::passed_on::PassedOn;
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Workspace, finite_results};
-use core::ops::AddAssign;
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{
-    ArticulatedInertia, Force, Motion, Number, Real, RigidInertia, SmallCholesky, Sym3, vec3,
+    ArticulatedInertia, Force, Motion, Number, Real, SmallCholesky, Sym3, Vec3, vec3,
 };
 
 /// Forward dynamics: the joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
@@ -330,33 +330,31 @@ impl<T: Number> Sweeps<T> {
                 Kind::Fixed => {}
                 Kind::Revolute => {
                     let (axis, u_column) = (self.subspace[v].angular, self.u_columns[v]);
-                    let (u, d_inverse) = (self.u[v], self.d_inverse[i]);
-                    let (column_above, rest) = self.above[v];
-                    let first = (rest - above.dot(column_above)) * d_inverse;
-                    a.angular += axis * first;
-                    let second = ((u - a.linear.dot(u_column.linear))
-                        - a.angular.dot(u_column.angular))
-                        * d_inverse;
-                    a.angular += axis * second;
-                    self.u[v] = first + second;
+                    let rest = self.u[v] - a.linear.dot(u_column.linear);
+                    let first = self.first_response(i, v, above);
+                    let second = (axis, u_column.angular, rest, self.d_inverse[i]);
+                    (a.angular, self.u[v]) = respond_again(a.angular, first, second);
                 }
                 Kind::Prismatic => {
                     let (axis, u_column) = (self.subspace[v].linear, self.u_columns[v]);
-                    let (u, d_inverse) = (self.u[v], self.d_inverse[i]);
-                    let (column_above, rest) = self.above[v];
-                    let first = (rest - above.dot(column_above)) * d_inverse;
-                    a.linear += axis * first;
-                    let second = ((u - a.angular.dot(u_column.angular))
-                        - a.linear.dot(u_column.linear))
-                        * d_inverse;
-                    a.linear += axis * second;
-                    self.u[v] = first + second;
+                    let rest = self.u[v] - a.angular.dot(u_column.angular);
+                    let first = self.first_response(i, v, above);
+                    let second = (axis, u_column.linear, rest, self.d_inverse[i]);
+                    (a.linear, self.u[v]) = respond_again(a.linear, first, second);
                 }
                 Kind::Spherical | Kind::Free => self.respond_several(i, self.dofs(i), &mut a),
             }
             self.acceleration[i] = a;
             last = a;
         }
+    }
+
+    /// qdd of a joint with one freedom from its parent's acceleration, without waiting for a':
+    /// U' a' = (X' U)' a_parent + U' c.
+    #[inline]
+    fn first_response(&self, i: usize, v: usize, above: Motion<T>) -> T {
+        let (column_above, rest) = self.above[v];
+        (rest - above.dot(column_above)) * self.d_inverse[i]
     }
 
     /// The same for a joint with several freedoms.
@@ -380,43 +378,17 @@ impl<T: Number> Sweeps<T> {
     }
 }
 
-/// What a body hands to its parent, about the parent's origin; or what a body is made of.
-#[derive(Clone, Copy)]
-struct PassedOn<T> {
-    /// X' Ia X.
-    inertia: ArticulatedInertia<T>,
-    /// X' pa.
-    bias: Force<T>,
-    /// Traces of what arrives before the joint lets go ([`Sweeps::carried`]).
-    carried: [T; 2],
-}
-
-impl<T: Number> PassedOn<T> {
-    const ZERO: Self = Self {
-        inertia: ArticulatedInertia::ZERO,
-        bias: Force::ZERO,
-        carried: [T::ZERO; 2],
-    };
-
-    #[inline(always)]
-    fn of_body(inertia: &RigidInertia<T>, bias: Force<T>) -> Self {
-        let inertia = ArticulatedInertia::from(*inertia);
-        Self {
-            inertia,
-            bias,
-            carried: [inertia.angular.trace(), inertia.linear.trace()],
-        }
-    }
-}
-
-impl<T: Number> AddAssign for PassedOn<T> {
-    #[inline(always)]
-    fn add_assign(&mut self, rhs: Self) {
-        self.inertia += rhs.inertia;
-        self.bias += rhs.bias;
-        self.carried[0] += rhs.carried[0];
-        self.carried[1] += rhs.carried[1];
-    }
+/// Solves U' (a' + axis qdd) = u once more, of which `rest` is u less the part in which the joint does
+/// not move; gives that part of a and qdd.
+#[inline]
+fn respond_again<T: Number>(
+    a: Vec3<T>,
+    first: T,
+    (axis, u_column, rest, d_inverse): (Vec3<T>, Vec3<T>, T, T),
+) -> (Vec3<T>, T) {
+    let a = a + axis * first;
+    let second = (rest - a.dot(u_column)) * d_inverse;
+    (a + axis * second, first + second)
 }
 
 /// A freedom's direction as a force of unit power.

@@ -38,6 +38,7 @@ mod forward_error;
 mod integrate;
 mod kinematics;
 mod link;
+mod passed_on;
 mod precision;
 mod residual;
 mod rnea;
