@@ -18,6 +18,7 @@ pub mod interrupt;
 pub mod measure;
 pub mod plot;
 pub mod progress;
+pub mod replay;
 pub mod report;
 pub mod results;
 pub mod row;

@@ -8,7 +8,7 @@ use crate::measure::Budget;
 use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
-use crate::scenario::{Measurement, Meter, chain, meshes, model};
+use crate::scenario::{Measurement, Meter, chain, gpu, meshes, model};
 use crate::table::to_table;
 use anyhow::Context;
 use std::path::Path;
@@ -51,6 +51,11 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     };
     let models = models(arguments)?;
     let meshes = mesh_pairs(arguments)?;
+    let gpu = if arguments.wants(gpu::NAME) {
+        gpu::Subject::find(arguments.scenarios.iter().any(|s| s == gpu::NAME))?
+    } else {
+        None
+    };
     let outputs = [
         Some(arguments.out.join(RESULTS_JSON)),
         arguments.hits.clone(),
@@ -79,6 +84,9 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
         list.extend(subject.measurements(&selection));
     }
     for subject in &meshes {
+        list.extend(subject.measurements(&selection));
+    }
+    if let Some(subject) = &gpu {
         list.extend(subject.measurements(&selection));
     }
     let Measured { rows, failures } = measure_all(list, &meter);

@@ -83,7 +83,10 @@ impl Operator {
     /// Sums of numbers.
     #[must_use]
     pub fn add(precision: Precision) -> Self {
-        let mut operator = Self::new(include_str!("../wgsl/shared/add_real.wgsl"), precision.bytes());
+        let mut operator = Self::new(
+            include_str!("../wgsl/shared/add_real.wgsl"),
+            precision.bytes(),
+        );
         operator.parts.push(precision.part());
         operator.features = precision.features();
         operator

@@ -23,6 +23,8 @@ pub struct Pass {
     pub tiles: u32,
     /// Lowest bit of the digit.
     pub shift: u32,
+    /// Bits of the digit that count.
+    pub mask: u32,
 }
 
 /// What the histogram works on.

@@ -33,16 +33,30 @@ impl Rows {
         Self::Subgroups128,
     ];
 
-    /// What a device with subgroups of these sizes can do.
-    fn of(device: &Device) -> Self {
+    /// The best that a device can do.
+    #[must_use]
+    pub fn on(device: &Device) -> Self {
         let info = device.info();
-        let (least, most) = (info.subgroup_min_size, info.subgroup_max_size);
-        match () {
-            () if !device.features().contains(Features::SUBGROUP) => Self::Lanes,
-            () if least == 32 && most == 32 => Self::Subgroups32,
-            () if least >= 8 && most <= 32 => Self::Subgroups8,
-            () if least >= 32 && most <= 128 => Self::Subgroups128,
-            () => Self::Lanes,
+        let fits = |rows: &Self| {
+            let (least, most) = rows.subgroup_sizes();
+            least <= info.subgroup_min_size && info.subgroup_max_size <= most
+        };
+        let subgroups = [Self::Subgroups32, Self::Subgroups8, Self::Subgroups128];
+        let found = subgroups.into_iter().find(fits);
+        match found {
+            Some(rows) if device.features().contains(Features::SUBGROUP) => rows,
+            _ => Self::Lanes,
+        }
+    }
+
+    /// The smallest and the largest subgroups it is right for; any for lanes by themselves.
+    #[must_use]
+    pub fn subgroup_sizes(self) -> (u32, u32) {
+        match self {
+            Self::Lanes => (0, u32::MAX),
+            Self::Subgroups8 => (8, 32),
+            Self::Subgroups32 => (32, 32),
+            Self::Subgroups128 => (32, 128),
         }
     }
 
@@ -68,7 +82,11 @@ impl Rows {
         const SUBGROUP: &str = include_str!("../wgsl/shared/peers_subgroup.wgsl");
         const MAIN: &str = include_str!("../wgsl/shared/sort_main_subgroup.wgsl");
         const UP_TO_32: &[&str] = &[SUBGROUP, MAIN, include_str!("../wgsl/shared/lanes_32.wgsl")];
-        const UP_TO_128: &[&str] = &[SUBGROUP, MAIN, include_str!("../wgsl/shared/lanes_128.wgsl")];
+        const UP_TO_128: &[&str] = &[
+            SUBGROUP,
+            MAIN,
+            include_str!("../wgsl/shared/lanes_128.wgsl"),
+        ];
         match self {
             Self::Lanes => NONE,
             Self::Subgroups8 | Self::Subgroups32 => UP_TO_32,
@@ -107,7 +125,7 @@ impl Sort {
     /// The sort as it is fastest on a device.
     #[must_use]
     pub fn on(device: &Device) -> Self {
-        let rows = Rows::of(device);
+        let rows = Rows::on(device);
         let memory = device.limits().max_compute_workgroup_storage_size;
         let fits = |items: &u32| *items <= MOST_ITEMS && workgroup_memory(rows, *items) <= memory;
         let items = Self::ITEMS.into_iter().rev().find(fits);
@@ -166,7 +184,8 @@ impl Sort {
         key_bits: u32,
     ) {
         let count = length(recording, keys);
-        let passes = key_bits.min(32).div_ceil(self.bits);
+        let key_bits = key_bits.min(32);
+        let passes = key_bits.div_ceil(self.bits);
         if count < 2 || passes == 0 {
             return;
         }
@@ -184,6 +203,7 @@ impl Sort {
                     count,
                     tiles,
                     shift,
+                    mask: (1 << self.bits.min(key_bits - shift)) - 1,
                 };
                 let fields = recording.buffer_from("pass", &[fields]);
                 let groups = workgroups(tiles, 1);

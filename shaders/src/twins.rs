@@ -7,12 +7,18 @@ use vertebra_gpu::{Recording, Slot};
 use crate::kernels::{Operator, Precision};
 use crate::reduce::Reduce;
 use crate::scan::{Scan, ScanKind};
-use crate::sort::Sort;
+use crate::sort::{Rows, Sort};
 use crate::{compact as record_compact, histogram as record_histogram};
 
 /// All of them.
 pub const ALL: &[Twin] = &[
-    SCAN, AFFINE_SCAN, REDUCE_F32, REDUCE_F64, SORT, SORT_PORTABLE, COMPACT, HISTOGRAM,
+    SCAN,
+    AFFINE_SCAN,
+    REDUCE_F32,
+    REDUCE_F64,
+    SORT,
+    COMPACT,
+    HISTOGRAM,
 ];
 
 /// Sums of the words of `data`: stages `exclusive`, `inclusive`.
@@ -72,21 +78,23 @@ pub const REDUCE_F64: Twin = Twin {
     },
 };
 
-/// The pairs of `keys` and `values` by the lowest `bits[0]` bits of the key, in the shape that the
-/// device is fastest with: stages `keys`, `values`.
+/// The pairs of `keys` and `values` by the lowest `bits[0]` bits of the key: stages `keys`, `values`.
+/// `shape` is a place in [`Rows::ALL`] and a number of items; without it the sort is as on any
+/// device.
 pub const SORT: Twin = Twin {
     name: "sort",
     features: Features::empty(),
     cpu: sort_cpu,
-    gpu: |recording, inputs, device| sort_gpu(recording, inputs, &Sort::on(device)),
+    gpu: |recording, inputs, device| {
+        let sort = match words(inputs, "shape") {
+            &[rows, items] if (rows as usize) < Rows::ALL.len() => {
+                Sort::new(Rows::ALL[rows as usize], items)
+            }
+            _ => Sort::on(device),
+        };
+        sort_gpu(recording, inputs, &sort)
+    },
     tolerance: exact,
-};
-
-/// The same in the shape that runs everywhere.
-pub const SORT_PORTABLE: Twin = Twin {
-    name: "sort_portable",
-    gpu: |recording, inputs, _| sort_gpu(recording, inputs, &Sort::portable()),
-    ..SORT
 };
 
 /// The `values` whose flag in `flags` is not zero: stages `kept`, `kept_count`.
@@ -95,9 +103,15 @@ pub const COMPACT: Twin = Twin {
     features: Features::empty(),
     cpu: |inputs| {
         let pairs = words(inputs, "values").iter().zip(words(inputs, "flags"));
-        let kept: Vec<u32> = pairs.filter(|(_, flag)| **flag != 0).map(|(v, _)| *v).collect();
+        let kept: Vec<u32> = pairs
+            .filter(|(_, flag)| **flag != 0)
+            .map(|(v, _)| *v)
+            .collect();
         let count = u32::try_from(kept.len()).unwrap_or(u32::MAX);
-        vec![Named::new("kept", kept), Named::new("kept_count", vec![count])]
+        vec![
+            Named::new("kept", kept),
+            Named::new("kept_count", vec![count]),
+        ]
     },
     gpu: |recording, inputs, _| {
         let flags = recording.buffer_from("flags", words(inputs, "flags"));
@@ -188,7 +202,9 @@ fn scan_gpu(
 
 fn sort_cpu(inputs: &[Named]) -> Vec<Named> {
     let (keys, values) = (words(inputs, "keys"), words(inputs, "values"));
-    let mask = 1_u64.checked_shl(bits(inputs)).map_or(u64::MAX, |bit| bit - 1);
+    let mask = 1_u64
+        .checked_shl(bits(inputs))
+        .map_or(u64::MAX, |bit| bit - 1);
     let mut pairs: Vec<_> = keys.iter().copied().zip(values.iter().copied()).collect();
     pairs.sort_by_key(|(key, _)| u64::from(*key) & mask);
     let (keys, values): (Vec<u32>, Vec<u32>) = pairs.into_iter().unzip();
@@ -252,6 +268,7 @@ fn number(inputs: &[Named], name: &str) -> usize {
 
 /// Bits to sort by; all where none are given.
 fn bits(inputs: &[Named]) -> u32 {
-    words(inputs, "bits").first().map_or(32, |&bits| bits.min(32))
+    words(inputs, "bits")
+        .first()
+        .map_or(32, |&bits| bits.min(32))
 }
-

@@ -35,10 +35,7 @@ fn capabilities(features: Features) -> Capabilities {
 fn every_shader_is_valid_with_the_features_its_kernel_names() {
     for (name, kernel) in KERNELS.iter() {
         let module = parse(name, kernel);
-        let mut validator = Validator::new(
-            ValidationFlags::all(),
-            capabilities(kernel.features()),
-        );
+        let mut validator = Validator::new(ValidationFlags::all(), capabilities(kernel.features()));
         validator
             .subgroup_stages(naga::valid::ShaderStages::COMPUTE)
             .subgroup_operations(naga::valid::SubgroupOperationSet::all());
@@ -85,7 +82,12 @@ fn layouts(module: &Module) -> naga::proc::Layouter {
 
 fn expected(kernel: &Kernel) -> Vec<(u32, String, Access, u32)> {
     let entry = |(number, binding): (u32, &Binding)| {
-        (number, binding.name.to_owned(), binding.access, binding.stride)
+        (
+            number,
+            binding.name.to_owned(),
+            binding.access,
+            binding.stride,
+        )
     };
     (0..).zip(kernel.bindings()).map(entry).collect()
 }
@@ -132,7 +134,7 @@ macro_rules! fields {
 fn structs_are_laid_out_alike_on_both_sides() {
     let mut host = vec![
         fields!(Range: count, tiles),
-        fields!(Pass: count, tiles, shift),
+        fields!(Pass: count, tiles, shift, mask),
         fields!(Bins: count, bins),
         fields!(Numbers: count, words),
     ];

@@ -111,12 +111,7 @@ impl<'a> Checker<'a> {
             let written = |(binding, used): (&crate::Binding, &AnySlot)| {
                 binding.access == Access::ReadWrite && *used == slot
             };
-            if kernel
-                .bindings()
-                .iter()
-                .zip(&dispatch.buffers)
-                .any(written)
-            {
+            if kernel.bindings().iter().zip(&dispatch.buffers).any(written) {
                 self.alias(&name, slot);
             }
         }

@@ -315,9 +315,7 @@ impl Builder<'_> {
             buffers,
             groups: match dispatch.groups {
                 Groups::Direct(groups) => BoundGroups::Direct(groups),
-                Groups::Indirect(slot, offset) => {
-                    BoundGroups::Indirect(self.buffer(slot), offset)
-                }
+                Groups::Indirect(slot, offset) => BoundGroups::Indirect(self.buffer(slot), offset),
             },
         })
     }

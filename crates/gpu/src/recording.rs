@@ -84,14 +84,8 @@ pub(crate) enum Groups {
 
 #[derive(Clone, Debug)]
 pub(crate) enum Command {
-    Upload {
-        to: AnySlot,
-        data: Arc<[u8]>,
-    },
-    Copy {
-        from: AnySlot,
-        to: AnySlot,
-    },
+    Upload { to: AnySlot, data: Arc<[u8]> },
+    Copy { from: AnySlot, to: AnySlot },
     Clear(AnySlot),
     Dispatch(Dispatch),
     Download(AnySlot),

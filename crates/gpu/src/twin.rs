@@ -206,8 +206,9 @@ impl Comparison {
                 continue;
             }
             first_difference = Some(first_difference.map_or(i, |first| first.min(i)));
-            let difference = (a - b).abs() / largest;
-            // NaN on either side, or a difference where all should be zero.
+            // Zeros of different signs differ in bits alone.
+            let difference = if a == b { 0.0 } else { (a - b).abs() / largest };
+            // NaN on either side.
             error = if difference.is_nan() {
                 f64::INFINITY
             } else {
@@ -252,5 +253,7 @@ mod tests {
         assert!(!compare(vec![1.0, 2.0], vec![1.0, f64::NAN]).passes());
         assert!(!compare(vec![1.0, 2.0], vec![1.0]).passes());
         assert!(!compare(vec![0.0], vec![1e-300]).passes());
+        let signs = compare(vec![0.0], vec![-0.0]);
+        assert!(signs.passes() && signs.first_difference == Some(0));
     }
 }

@@ -10,8 +10,10 @@ struct Pass {
     tiles: u32,
     // Lowest bit of the digit.
     shift: u32,
+    // Bits of the digit that count: fewer than all in the last pass of some keys.
+    mask: u32,
 }
 
 fn digit_of(key: u32) -> u32 {
-    return (key >> pass_.shift) & (BINS - 1u);
+    return (key >> pass_.shift) & pass_.mask;
 }
