@@ -52,6 +52,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         let program = binary::build(sh)?;
         command(&cmd!(sh, "{program} selftest"))
     });
+    stages.run("selftest-gpu", || {
+        let program = binary::build(sh)?;
+        command(&cmd!(sh, "{program} selftest --backend gpu"))
+    });
     stages.run("examples", || examples::run(sh, workspace));
     stages.finish()
 }

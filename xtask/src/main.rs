@@ -11,6 +11,7 @@ mod export;
 mod selftest;
 mod stages;
 mod test;
+mod vulkan;
 mod workspace;
 
 use std::process::ExitCode;
