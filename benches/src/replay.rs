@@ -116,7 +116,7 @@ fn elements<T>(
 ) -> anyhow::Result<Vec<T>> {
     let width = 2 * size_of::<T>();
     ensure!(
-        bits.len() % width == 0 && bits.is_ascii(),
+        bits.len().is_multiple_of(width) && bits.is_ascii(),
         "{} hexadecimal digits are no whole number of elements of {width}",
         bits.len()
     );

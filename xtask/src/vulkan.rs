@@ -41,7 +41,11 @@ pub(crate) fn provide(sh: &Shell) -> Result<Outcome> {
 /// Installs the packages, as root or through sudo where it asks for no password.
 fn install(sh: &Shell) -> Result<()> {
     let root = cmd!(sh, "id -u").quiet().read()? == "0";
-    let prefix: &[&str] = if root { &[] } else { &["sudo", "--non-interactive"] };
+    let prefix: &[&str] = if root {
+        &[]
+    } else {
+        &["sudo", "--non-interactive"]
+    };
     let update: Vec<&str> = [prefix, &["apt-get", "update"]].concat();
     let options = ["apt-get", "install", "--yes", "--no-install-recommends"];
     let install: Vec<&str> = [prefix, &options, &PACKAGES].concat();

@@ -43,7 +43,7 @@ impl<T: Pod> Buffer<T> {
             recording: name.to_owned(),
             problems: vec![problem],
         };
-        if size_of::<T>() % 4 != 0 {
+        if !size_of::<T>().is_multiple_of(4) {
             return Err(wrong(Problem::Element {
                 buffer: name.to_owned(),
                 bytes: size_of::<T>() as u64,

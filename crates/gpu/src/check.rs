@@ -45,7 +45,7 @@ struct Checker<'a> {
 
 impl<'a> Checker<'a> {
     fn buffer(&mut self, buffer: &Declaration) {
-        if buffer.stride % 4 != 0 {
+        if !buffer.stride.is_multiple_of(4) {
             self.problems.push(Problem::Element {
                 buffer: buffer.name.clone(),
                 bytes: buffer.stride,

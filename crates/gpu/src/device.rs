@@ -250,17 +250,7 @@ impl Device {
             error = pollster::block_on(scope.pop()).or(error);
         }
         self.alive()?;
-        match error {
-            None => Ok(result),
-            Some(wgpu::Error::OutOfMemory { .. }) => Err(Error::OutOfMemory {
-                what: what.to_owned(),
-                bytes,
-            }),
-            Some(error) => Err(Error::Driver {
-                what: what.to_owned(),
-                message: error.to_string(),
-            }),
-        }
+        error.map_or(Ok(result), |error| Err(typed(&error, what, bytes)))
     }
 
     /// An error if the device is lost.
@@ -271,6 +261,18 @@ impl Device {
                 message: message.clone(),
             }),
         }
+    }
+}
+
+/// An error of wgpu in the words of this crate.
+fn typed(error: &wgpu::Error, what: &str, bytes: u64) -> Error {
+    let what = what.to_owned();
+    match error {
+        wgpu::Error::OutOfMemory { .. } => Error::OutOfMemory { what, bytes },
+        other => Error::Driver {
+            what,
+            message: other.to_string(),
+        },
     }
 }
 
@@ -306,6 +308,23 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_full_memory_is_told_from_a_mistake() {
+        let source = || "cause".into();
+        let full = wgpu::Error::OutOfMemory { source: source() };
+        let text = typed(&full, "buffer `x`", 64).to_string();
+        assert!(
+            text.starts_with("no memory for buffer `x` (64 bytes)"),
+            "{text}"
+        );
+        let mistake = wgpu::Error::Validation {
+            source: source(),
+            description: "too long".to_owned(),
+        };
+        let text = typed(&mistake, "upload", 0).to_string();
+        assert_eq!(text, "upload: the driver refused a call: too long");
+    }
 
     #[test]
     fn every_shortfall_is_named_at_once() {
