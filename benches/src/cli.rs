@@ -78,7 +78,7 @@ pub struct BenchArgs {
     #[arg(long)]
     pub quick: bool,
     /// Methods: aba, crba, rnea, step; exact, moller, moller0, or one question such as exact-any;
-    /// copy, reduce, scan, compact, histogram, sort, dispatch on a GPU.
+    /// copy, reduce, scan, compact, histogram, sort, dispatch on a GPU, and shapes of the sort.
     #[arg(long, value_delimiter = ',', value_parser = METHODS)]
     pub method: Vec<String>,
     /// Precisions.
@@ -203,7 +203,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 23] = [
+const METHODS: [&str; 24] = [
     "aba",
     "crba",
     "rnea",
@@ -227,6 +227,7 @@ const METHODS: [&str; 23] = [
     "compact",
     "histogram",
     "sort",
+    "shapes",
 ];
 
 impl BenchArgs {

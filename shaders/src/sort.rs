@@ -112,8 +112,7 @@ pub struct Sort {
     count: Kernel,
     scatter: Kernel,
     scan: Scan,
-    /// Bits of a digit.
-    bits: u32,
+    rows: Rows,
     /// Keys of a workgroup.
     tile: u32,
 }
@@ -125,14 +124,22 @@ impl Sort {
     /// The sort as it is fastest on a device.
     #[must_use]
     pub fn on(device: &Device) -> Self {
-        let rows = Rows::on(device);
-        let memory = device.limits().max_compute_workgroup_storage_size;
-        let fits = |items: &u32| *items <= MOST_ITEMS && workgroup_memory(rows, *items) <= memory;
-        let items = Self::ITEMS.into_iter().rev().find(fits);
-        match items {
-            Some(items) => Self::new(rows, items),
-            None => Self::portable(),
-        }
+        let items = Self::ITEMS.into_iter().rev();
+        let shapes = items.filter(|items| *items <= MOST_ITEMS);
+        let mut sorts = shapes.map(|items| Self::new(Rows::on(device), items));
+        let found = sorts.find(|sort| sort.fits(device));
+        found.unwrap_or_else(Self::portable)
+    }
+
+    /// Whether a device has the workgroup memory, the subgroups and the features for it.
+    #[must_use]
+    pub fn fits(&self, device: &Device) -> bool {
+        let info = device.info();
+        let (least, most) = self.rows.subgroup_sizes();
+        self.scatter.workgroup_memory() <= device.limits().max_compute_workgroup_storage_size
+            && device.features().contains(self.scatter.features())
+            && (self.rows == Rows::Lanes
+                || least <= info.subgroup_min_size && info.subgroup_max_size <= most)
     }
 
     /// The sort as it runs on every device.
@@ -164,7 +171,7 @@ impl Sort {
             count,
             scatter,
             scan: Scan::new(&Operator::add_u32()),
-            bits: rows.bits(),
+            rows,
             tile: THREADS * items,
         }
     }
@@ -185,7 +192,8 @@ impl Sort {
     ) {
         let count = length(recording, keys);
         let key_bits = key_bits.min(32);
-        let passes = key_bits.div_ceil(self.bits);
+        let bits = self.rows.bits();
+        let passes = key_bits.div_ceil(bits);
         if count < 2 || passes == 0 {
             return;
         }
@@ -194,16 +202,16 @@ impl Sort {
             let mut from = [keys, values];
             let mut to = ["keys", "values"].map(|name| recording.buffer::<u32>(name, len));
             let tiles = count.div_ceil(self.tile);
-            let counts_len = (tiles as usize) << self.bits;
+            let counts_len = (tiles as usize) << bits;
             let counts = recording.buffer::<u32>("counts", counts_len);
             let offsets = recording.buffer::<u32>("offsets", counts_len);
             for pass in 0..passes {
-                let shift = pass * self.bits;
+                let shift = pass * bits;
                 let fields = Pass {
                     count,
                     tiles,
                     shift,
-                    mask: (1 << self.bits.min(key_bits - shift)) - 1,
+                    mask: (1 << bits.min(key_bits - shift)) - 1,
                 };
                 let fields = recording.buffer_from("pass", &[fields]);
                 let groups = workgroups(tiles, 1);

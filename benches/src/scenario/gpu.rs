@@ -11,6 +11,7 @@ use crate::suite::gpu;
 use std::time::Instant;
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::DeviceType;
+use vertebra_shaders::{Rows, Sort};
 
 /// Name of the scenario in the rows.
 pub const NAME: &str = "gpu";
@@ -61,7 +62,18 @@ impl Subject {
                 }
             }
         }
+        // Only when asked for: what the choice of `Sort::on` rests on.
+        let shapes = !selection.methods.is_empty() && selection.wants("shapes");
         for length in lengths {
+            for items in Sort::ITEMS.into_iter().filter(|_| shapes) {
+                let sort = Sort::new(Rows::on(&self.device), items);
+                if sort.fits(&self.device) {
+                    let method = format!("sort-pairs-items-{items}");
+                    list.push(Measurement::new(format!("gpu {method}"), move |meter| {
+                        rows::sort(&self.device, meter, length, &method, &sort)
+                    }));
+                }
+            }
             for (method, measure) in rows::PRIMITIVES {
                 if selection.wants(method) {
                     let label = format!("gpu {method} {length}");

@@ -119,7 +119,8 @@ impl Device {
         let lost = Arc::new(Mutex::new(None));
         let note = Arc::clone(&lost);
         device.set_device_lost_callback(move |reason, message| {
-            *lock(&note) = Some(format!("{reason:?}: {message}"));
+            let reason = format!("{reason:?}. {message}").to_lowercase();
+            *lock(&note) = Some(reason.trim_end_matches(['.', ' ']).to_owned());
         });
         // What no call waits for, such as a failure while dropping, must not end the process.
         device.on_uncaptured_error(Arc::new(|error| log::error!("{error}")));

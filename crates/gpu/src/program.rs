@@ -75,13 +75,13 @@ impl Program {
         recording: &Recording,
         shared: &[Shared],
     ) -> Result<Self, Error> {
+        recording.check(&device.limits(), device.features())?;
         let mut recording = recording.clone();
         // A run begins without failures and ends with reading them.
         if let Some(status) = recording.status {
             recording.commands.insert(0, Command::Clear(status.any()));
             recording.download(status);
         }
-        recording.check(&device.limits(), device.features())?;
         let buffers = buffers(device, &recording, shared)?;
         let mut layout = Layout {
             recording,

@@ -9,9 +9,7 @@ use oorandom::Rand32;
 use std::time::Instant;
 use vertebra_gpu::wgpu::Features;
 use vertebra_gpu::{Binding, Device, Kernel, Recording, Slot, Timing, workgroups};
-use vertebra_shaders::{
-    Operator, Precision, Reduce, Rows, Scan, ScanKind, Sort, compact, histogram,
-};
+use vertebra_shaders::{Operator, Precision, Reduce, Scan, ScanKind, Sort, compact, histogram};
 
 /// A small kernel: each dispatch needs the one before.
 pub(super) const STEP: Kernel = Kernel::new(
@@ -35,7 +33,7 @@ const WORDS: usize = 64;
 pub(super) type Measure = fn(&Device, &Meter, usize) -> anyhow::Result<Option<Row>>;
 
 /// The primitives by name.
-pub(super) const PRIMITIVES: [(&str, Measure); 11] = [
+pub(super) const PRIMITIVES: [(&str, Measure); 7] = [
     ("copy", copy),
     ("reduce-f32", reduce),
     ("scan-u32", scan),
@@ -47,42 +45,7 @@ pub(super) const PRIMITIVES: [(&str, Measure); 11] = [
     ("sort-pairs-portable", |device, meter, len| {
         sort(device, meter, len, "sort-pairs-portable", &Sort::portable())
     }),
-    ("sort-pairs-items-8", |device, meter, len| {
-        sort(device, meter, len, "sort-pairs-items-8", &shaped(device, 8))
-    }),
-    ("sort-pairs-items-12", |device, meter, len| {
-        sort(
-            device,
-            meter,
-            len,
-            "sort-pairs-items-12",
-            &shaped(device, 12),
-        )
-    }),
-    ("sort-pairs-items-16", |device, meter, len| {
-        sort(
-            device,
-            meter,
-            len,
-            "sort-pairs-items-16",
-            &shaped(device, 16),
-        )
-    }),
-    ("sort-pairs-items-24", |device, meter, len| {
-        sort(
-            device,
-            meter,
-            len,
-            "sort-pairs-items-24",
-            &shaped(device, 24),
-        )
-    }),
 ];
-
-/// The best sort of a device with another number of items.
-fn shaped(device: &Device, items: u32) -> Sort {
-    Sort::new(Rows::on(device), items)
-}
 
 /// Twenty small dependent dispatches, recorded or bare; on the device, or with submitting and
 /// waiting.
@@ -169,7 +132,7 @@ fn measure<T: bytemuck::Pod>(
     Ok(timing.map(|timing| Row {
         error_forward,
         note: format!(
-            "{:.0} GB/s of {} bytes an element; {} dispatches{profile}",
+            "{:.1} GB/s of {} bytes an element; {} dispatches{profile}",
             1e-9 * bytes as f64 / timing.median_s,
             bytes / len.max(1),
             recording.dispatches(),
@@ -323,7 +286,8 @@ fn histograms(device: &Device, meter: &Meter, len: usize) -> anyhow::Result<Opti
     )
 }
 
-fn sort(
+/// Measures a sort in one of its shapes.
+pub(super) fn sort(
     device: &Device,
     meter: &Meter,
     len: usize,

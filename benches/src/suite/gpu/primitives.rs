@@ -5,9 +5,9 @@ use crate::replay::{Replay, write_failure};
 use crate::suite::{Figure, Outcome};
 use anyhow::bail;
 use oorandom::Rand32;
+use vertebra_gpu::Device;
 use vertebra_gpu::twin::{Named, Twin, Values};
 use vertebra_gpu::wgpu::Features;
-use vertebra_gpu::{Device, Recording};
 use vertebra_shaders::{Rows, Sort, twins};
 
 /// Lengths around the sizes of workgroups and tiles, and beyond one and two levels of tiles.
@@ -145,23 +145,9 @@ pub(super) fn sort(device: &Device) -> Outcome {
 pub(super) fn sort_shapes(device: &Device) -> Outcome {
     let mut rng = Rand32::new(8);
     let mut figures = Vec::new();
-    let subgroups = (
-        device.info().subgroup_min_size,
-        device.info().subgroup_max_size,
-    );
     for (number, rows) in (0..).zip(Rows::ALL) {
-        let (least, most) = rows.subgroup_sizes();
-        if rows != Rows::Lanes && !(least <= subgroups.0 && subgroups.1 <= most) {
-            continue;
-        }
         for items in Sort::ITEMS {
-            let mut recording = Recording::new("sort");
-            let [keys, values] = ["keys", "values"].map(|name| recording.buffer::<u32>(name, 2));
-            Sort::new(rows, items).record(&mut recording, keys, values, 32);
-            if recording
-                .check(&device.limits(), device.features())
-                .is_err()
-            {
+            if !Sort::new(rows, items).fits(device) {
                 continue;
             }
             for len in [2, 1000, 20_011] {
