@@ -6,6 +6,7 @@ use anyhow::{Context, ensure};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 use vertebra_gpu::Device;
 use vertebra_gpu::twin::{Comparison, Named, Twin, Values};
 use vertebra_shaders::twins;
@@ -130,7 +131,11 @@ fn elements<T>(
 /// # Errors
 /// If it cannot be written.
 pub fn write_failure(replay: &Replay) -> anyhow::Result<PathBuf> {
-    let name = format!("vertebra-{}-{}.json", replay.recording, std::process::id());
+    // One file for each failure of a process.
+    static WRITTEN: AtomicU32 = AtomicU32::new(0);
+    let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
+    let process = std::process::id();
+    let name = format!("vertebra-{}-{process}-{number}.json", replay.recording);
     let path = std::env::temp_dir().join(name);
     write_atomically(&path, &serde_json::to_vec(replay)?)?;
     Ok(path)
@@ -190,7 +195,11 @@ fn table(comparison: &Comparison, rows: usize) -> String {
     let start = comparison.first_difference.unwrap_or(0);
     let end = comparison.cpu.len().max(comparison.gpu.len());
     for i in (start..end).take(rows) {
-        let side = |values: &Values| values.get(i).map_or("-".to_owned(), |x| format!("{x:e}"));
+        let side = |values: &Values| match (values, values.get(i)) {
+            (_, None) => "-".to_owned(),
+            (Values::U32(_), Some(word)) => word.to_string(),
+            (_, Some(number)) => format!("{number:e}"),
+        };
         let (cpu, gpu) = (side(&comparison.cpu), side(&comparison.gpu));
         let mark = if cpu == gpu { "" } else { "  *" };
         _ = writeln!(text, "{i:>10}  {cpu:>24}  {gpu:>24}{mark}");

@@ -4,6 +4,7 @@
 mod faults;
 mod primitives;
 mod runtime;
+mod stages;
 
 use super::{Figure, Outcome};
 use vertebra_gpu::{AdapterChoice, Device, Options};
@@ -39,9 +40,9 @@ pub const CHECKS: &[GpuCheck] = &[
     check("device_lost", faults::device_lost),
     check("invalid_shader", faults::invalid_shader),
     check("wrong_recordings", faults::wrong_recordings),
-    check("nan_in_data", faults::nan_in_data),
-    check("nan_made_on_the_device", faults::nan_made_on_the_device),
-    check("failed_stage", faults::failed_stage),
+    check("nan_in_data", stages::nan_in_data),
+    check("nan_made_on_the_device", stages::nan_made_on_the_device),
+    check("failed_stage", stages::failed_stage),
 ];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
