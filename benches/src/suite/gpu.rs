@@ -32,6 +32,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("runs_overlap", runtime::runs_overlap),
     check("shared_buffers", runtime::shared_buffers),
     check("times", runtime::times),
+    check("many_workgroups", stages::many_workgroups),
     check("no_adapter", faults::no_adapter),
     check("missing_feature", faults::missing_feature),
     check("limits_too_low", faults::limits_too_low),

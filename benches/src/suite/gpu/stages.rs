@@ -49,6 +49,23 @@ pub(super) fn nan_in_data(device: &Device) -> Outcome {
     Ok(figures)
 }
 
+/// More workgroups than one dimension holds: the last element is reached all the same.
+pub(super) fn many_workgroups(device: &Device) -> Outcome {
+    let len = 65_535 * 256 + 300;
+    let mut numbers = vec![1.0_f32; len];
+    numbers[len - 1] = f32::NAN;
+    let mut recording = Recording::new("many");
+    let data = recording.buffer_from("data", &numbers);
+    let stage = recording.stage("input");
+    finite(&mut recording, stage, data);
+    let result = device.prepare(&recording)?.run()?.wait();
+    let last = u32::try_from(len - 1)?;
+    Ok(vec![holds(
+        "the last of many",
+        failed_at(&result, "input", last),
+    )])
+}
+
 fn failed_at<T>(result: &Result<T, Error>, stage: &str, element: u32) -> bool {
     let expected = Failure {
         stage: stage.to_owned(),
