@@ -31,6 +31,21 @@ pub enum Command {
         /// Print every figure, not only the one nearest to its bound.
         #[arg(long)]
         figures: bool,
+        /// What to test. A GPU is the one that the environment variable VERTEBRA_ADAPTER names, or
+        /// the best there is.
+        #[arg(long, value_enum, default_value = "cpu")]
+        backend: Backend,
+    },
+    /// Compute the inputs of a file on the CPU and on the GPU and compare, element by element.
+    Replay {
+        /// The file: a failing check of a GPU writes one.
+        file: PathBuf,
+        /// Print the elements of this stage.
+        #[arg(long, value_name = "STAGE")]
+        dump: Option<String>,
+        /// Elements to print, from the first that differs.
+        #[arg(long, default_value_t = 100)]
+        rows: usize,
     },
     /// Write a scenario's inputs for other tools.
     Export(ExportArgs),
@@ -57,21 +72,23 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `batch`, `collision`, `collision-error`, `collision-scaling`. All
-    /// by default; none of them when you name files of your own.
-    #[arg(value_parser = ["dynamics", "batch", "collision", "collision-error", "collision-scaling"])]
+    /// Scenarios to measure: `dynamics`, `batch`, `collision`, `collision-error`, `collision-scaling`,
+    /// `gpu`. All by default, `gpu` where there is a real one; none of them when you name files of
+    /// your own.
+    #[arg(value_parser = ["dynamics", "batch", "collision", "collision-error", "collision-scaling", "gpu"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
     pub quick: bool,
     /// Methods: aba, crba, rnea, step; exact, moller, moller0, separating-axes, build, or one
-    /// question such as exact-any.
+    /// question such as exact-any; copy, reduce, scan, compact, histogram, sort, dispatch on a GPU,
+    /// and shapes of the sort.
     #[arg(long, value_delimiter = ',', value_parser = METHODS)]
     pub method: Vec<String>,
     /// Precisions.
     #[arg(long, value_delimiter = ',', value_enum)]
     pub precision: Vec<PrecisionArg>,
-    /// Backends. This version computes on the CPU.
+    /// Backends. The scenario `gpu` has the rows of the other.
     #[arg(long, value_delimiter = ',', value_parser = ["cpu"])]
     pub backend: Vec<String>,
     /// Numbers of bodies of the chains.
@@ -180,6 +197,15 @@ pub struct PeersArgs {
     pub out: PathBuf,
 }
 
+/// What computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Backend {
+    /// The processor.
+    Cpu,
+    /// A GPU, or a software driver that plays one.
+    Gpu,
+}
+
 /// A precision on the command line.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 pub enum PrecisionArg {
@@ -201,7 +227,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 18] = [
+const METHODS: [&str; 26] = [
     "aba",
     "build",
     "crba",
@@ -220,6 +246,14 @@ const METHODS: [&str; 18] = [
     "moller0",
     "moller0-pairs",
     "separating-axes",
+    "dispatch",
+    "copy",
+    "reduce",
+    "scan",
+    "compact",
+    "histogram",
+    "sort",
+    "shapes",
 ];
 
 impl BenchArgs {

@@ -19,6 +19,7 @@ pub mod measure;
 pub mod peers;
 pub mod plot;
 pub mod progress;
+pub mod replay;
 pub mod report;
 pub mod results;
 pub mod row;

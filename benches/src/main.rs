@@ -9,14 +9,19 @@ use clap::Parser;
 use std::process::ExitCode;
 use vertebra_bench::cli::{Cli, Command, CompareArgs, ReportArgs};
 use vertebra_bench::run::Outcome;
-use vertebra_bench::{compare, export, interrupt, peers, results, run, selftest};
+use vertebra_bench::{compare, export, interrupt, peers, replay, results, run, selftest};
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Bench(arguments) => run::bench(&arguments),
         Command::Compare(arguments) => judge(&arguments).map(Outcome::of),
         Command::Report(arguments) => report(&arguments).map(|()| Outcome::Success),
-        Command::Selftest { figures } => Ok(Outcome::of(selftest::selftest(figures))),
+        Command::Selftest { figures, backend } => {
+            selftest::selftest(backend, figures).map(Outcome::of)
+        }
+        Command::Replay { file, dump, rows } => {
+            replay::replay(&file, dump.as_deref(), rows).map(Outcome::of)
+        }
         Command::Export(arguments) => export::export(&arguments).map(|()| Outcome::Success),
         Command::Peers(arguments) => peers::peers(&arguments),
     };

@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, chain, error_table, meshes, model, scaling,
+    Measurement, Meter, Selection, batch, chain, error_table, gpu, meshes, model, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -139,6 +139,7 @@ struct Subjects {
     meshes: Vec<meshes::Subject>,
     error_lists: Vec<error_table::Subject>,
     spheres: Vec<scaling::Subject>,
+    gpu: Option<gpu::Subject>,
 }
 
 impl Subjects {
@@ -163,6 +164,11 @@ impl Subjects {
             } else {
                 Vec::new()
             },
+            gpu: if arguments.wants(gpu::NAME) {
+                gpu::Subject::find(arguments.scenarios.iter().any(|name| name == gpu::NAME))?
+            } else {
+                None
+            },
         })
     }
 
@@ -181,6 +187,9 @@ impl Subjects {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.spheres {
+            list.extend(subject.measurements(selection));
+        }
+        if let Some(subject) = &self.gpu {
             list.extend(subject.measurements(selection));
         }
         list

@@ -7,6 +7,7 @@ pub mod batch;
 pub mod chain;
 pub mod error_inputs;
 pub mod error_table;
+pub mod gpu;
 pub mod meshes;
 pub mod model;
 pub mod published;

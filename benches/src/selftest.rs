@@ -1,11 +1,14 @@
 //! `selftest`: the shared suite where there is no cargo.
 
+use crate::cli::Backend;
 use crate::suite::{self, Figure, Outcome};
 
-/// Runs every check with every solver, prints the worst figure of each, or all of them, and says
-/// whether all pass.
-#[must_use]
-pub fn selftest(all_figures: bool) -> bool {
+/// Runs every check of a backend, prints the worst figure of each, or all of them, and says whether
+/// all pass.
+///
+/// # Errors
+/// If there is no GPU to test.
+pub fn selftest(backend: Backend, all_figures: bool) -> anyhow::Result<bool> {
     let mut counts = [0_usize; 2];
     let mut report = |label: &str, outcome: Outcome| {
         let passes = matches!(&outcome, Ok(figures) if !figures.is_empty() && figures.iter().all(Figure::passes));
@@ -30,6 +33,17 @@ pub fn selftest(all_figures: bool) -> bool {
             Err(error) => println!("{verdict}  {label}: {error:#}"),
         }
     };
+    match backend {
+        Backend::Cpu => cpu(&mut report),
+        Backend::Gpu => gpu(&mut report)?,
+    }
+    let [passed, failed] = counts;
+    println!("{passed} passed, {failed} failed");
+    Ok(failed == 0)
+}
+
+/// Every check with every solver it applies to.
+fn cpu(report: &mut impl FnMut(&str, Outcome)) {
     let solvers = suite::solver::all();
     for check in suite::DYNAMICS {
         for solver in solvers.iter().filter(|s| (check.applies)(s.as_ref())) {
@@ -40,9 +54,16 @@ pub fn selftest(all_figures: bool) -> bool {
     for (name, check) in suite::OTHERS {
         report(name, check());
     }
-    let [passed, failed] = counts;
-    println!("{passed} passed, {failed} failed");
-    failed == 0
+}
+
+/// Every check of a GPU.
+fn gpu(report: &mut impl FnMut(&str, Outcome)) -> anyhow::Result<()> {
+    let device = suite::gpu::device()?;
+    println!("device: {}", device.description());
+    for check in suite::gpu::CHECKS {
+        report(check.name, (check.run)(&device));
+    }
+    Ok(())
 }
 
 /// The figure nearest to its bound, or furthest beyond it.

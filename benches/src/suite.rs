@@ -8,6 +8,7 @@
 pub mod gold_chains;
 pub mod gold_meshes;
 pub mod gold_robots;
+pub mod gpu;
 pub mod solver;
 pub mod trees;
 

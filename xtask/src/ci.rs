@@ -17,7 +17,7 @@ use xshell::cmd;
 
 use crate::stages::{Outcome, Selection, Stages, command};
 use crate::workspace::{self, Workspace};
-use crate::{binary, test};
+use crate::{binary, test, vulkan};
 
 /// Arguments of the command.
 #[derive(clap::Args)]
@@ -51,6 +51,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
     stages.run("selftest", || {
         let program = binary::build(sh)?;
         command(&cmd!(sh, "{program} selftest"))
+    });
+    stages.run("selftest-gpu", || match vulkan::provide(sh)? {
+        // Where everything must run, that there is no GPU is a failure.
+        Outcome::Skipped(reason) if std::env::var_os("CI").is_none() => {
+            Ok(Outcome::Skipped(reason))
+        }
+        _ => {
+            let program = binary::build(sh)?;
+            command(&cmd!(sh, "{program} selftest --backend gpu"))
+        }
     });
     stages.run("examples", || examples::run(sh, workspace));
     stages.finish()

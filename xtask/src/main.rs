@@ -12,6 +12,7 @@ mod peers;
 mod selftest;
 mod stages;
 mod test;
+mod vulkan;
 mod workspace;
 
 use std::process::ExitCode;

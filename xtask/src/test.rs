@@ -7,7 +7,7 @@ use anyhow::Result;
 use xshell::{Shell, cmd};
 
 use crate::stages::{Outcome, Selection, Stages, command};
-use crate::workspace;
+use crate::{vulkan, workspace};
 
 /// Arguments of the command.
 #[derive(clap::Args)]
@@ -52,6 +52,7 @@ pub(crate) fn add_stages(stages: &mut Stages<'_>, sh: &Shell, filter: &[OsString
         let doc = cmd!(sh, "cargo doc --workspace --all-features --no-deps");
         command(&doc.env("RUSTDOCFLAGS", "--deny warnings"))
     });
+    stages.run("vulkan", || vulkan::provide(sh));
     stages.run("tests", || {
         command(&if workspace::has_subcommand(sh, "nextest") {
             cmd!(

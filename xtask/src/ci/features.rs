@@ -26,12 +26,12 @@ pub(super) fn check_without_defaults(sh: &Shell, workspace: &Workspace) -> Resul
     Ok(Outcome::Passed)
 }
 
-/// Checks the facade for WebAssembly.
+/// Checks the facade, and the GPU by itself, for WebAssembly.
 pub(super) fn check_wasm(sh: &Shell) -> Result<Outcome> {
     match workspace::require_target(sh, WASM) {
         Ok(()) => command(&cmd!(
             sh,
-            "cargo check --package vertebra --no-default-features --target {WASM}"
+            "cargo check --package vertebra --package vertebra-shaders --no-default-features --target {WASM}"
         )),
         Err(reason) => Ok(Outcome::Skipped(reason)),
     }

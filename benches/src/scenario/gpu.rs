@@ -1,0 +1,117 @@
+//! The scenario `gpu`: what dispatches cost, and how fast the primitives are, by timestamps on the
+//! device; every result is compared with the CPU's.
+
+mod bare;
+mod rows;
+
+use super::{Measurement, Meter, Selection};
+use crate::measure::Timing;
+use crate::row::Row;
+use crate::suite::gpu;
+use std::time::Instant;
+use vertebra_gpu::Device;
+use vertebra_gpu::wgpu::DeviceType;
+use vertebra_shaders::{Rows, Sort};
+
+/// Name of the scenario in the rows.
+pub const NAME: &str = "gpu";
+
+/// Number of elements of the primitives.
+const LENGTH: usize = 10_000_000;
+/// The same where the device is a processor, or the run is quick.
+const SHORT_LENGTH: usize = 1_000_000;
+
+/// A device that is measured.
+pub struct Subject {
+    device: Device,
+}
+
+impl Subject {
+    /// The device, if it is to be measured: any when the scenario is named, else only a real GPU.
+    ///
+    /// # Errors
+    /// If the scenario is named and there is no device.
+    pub fn find(named: bool) -> anyhow::Result<Option<Self>> {
+        let device = match gpu::device() {
+            Ok(device) => device,
+            Err(error) if named => return Err(error.into()),
+            Err(_) => return Ok(None),
+        };
+        let real = device.info().device_type != DeviceType::Cpu;
+        Ok((named || real).then_some(Self { device }))
+    }
+
+    /// The rows that are asked for.
+    #[must_use]
+    pub fn measurements(&self, selection: &Selection) -> Vec<Measurement<'_>> {
+        let software = self.device.info().device_type == DeviceType::Cpu;
+        let lengths = if selection.sizes.is_empty() {
+            let short = software || selection.quick;
+            vec![if short { SHORT_LENGTH } else { LENGTH }]
+        } else {
+            selection.sizes.clone()
+        };
+        let mut list = Vec::new();
+        for method in ["dispatch-20", "dispatch-20-bare"] {
+            for wall in [false, true] {
+                if selection.wants(method) {
+                    list.push(Measurement::new(
+                        format!("gpu {method}{}", if wall { " with waiting" } else { "" }),
+                        move |meter| rows::dispatches(&self.device, meter, method, wall),
+                    ));
+                }
+            }
+        }
+        // Only when asked for: what the choice of `Sort::on` rests on.
+        let shapes = !selection.methods.is_empty() && selection.wants("shapes");
+        for length in lengths {
+            for items in Sort::ITEMS.into_iter().filter(|_| shapes) {
+                let sort = Sort::new(Rows::on(&self.device), items);
+                if sort.fits(&self.device) {
+                    let method = format!("sort-pairs-items-{items}");
+                    list.push(Measurement::new(format!("gpu {method}"), move |meter| {
+                        rows::sort(&self.device, meter, length, &method, &sort)
+                    }));
+                }
+            }
+            for (method, measure) in rows::PRIMITIVES {
+                if selection.wants(method) {
+                    let label = format!("gpu {method} {length}");
+                    let run = move |meter: &Meter| measure(&self.device, meter, length);
+                    list.push(Measurement::new(label, run));
+                }
+            }
+        }
+        list
+    }
+}
+
+/// Samples a time that `run` returns \[s\], after two runs to warm up; none when interrupted.
+fn sample(
+    meter: &Meter,
+    mut run: impl FnMut() -> anyhow::Result<f64>,
+) -> anyhow::Result<Option<Timing>> {
+    for _ in 0..2 {
+        run()?;
+    }
+    let (start, budget) = (Instant::now(), &meter.budget);
+    let mut samples = Vec::new();
+    while samples.len() < budget.min_samples
+        || (samples.len() < budget.max_samples && start.elapsed() < budget.max_time)
+    {
+        if meter.interrupt.requested() {
+            return Ok(None);
+        }
+        samples.push(run()?);
+    }
+    Ok(Timing::from_samples(samples))
+}
+
+/// A row of this device.
+fn row(device: &Device, method: &str, size: usize, unit: &str, timing: &Timing) -> Row {
+    Row {
+        backend: "gpu".to_owned(),
+        device: device.description(),
+        ..Row::new(NAME, method, "-", size as u64, unit, timing)
+    }
+}

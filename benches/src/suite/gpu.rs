@@ -1,0 +1,78 @@
+//! The checks of a GPU: primitives against the CPU, the runtime, and what happens when things go
+//! wrong. They run on any device, a software one too.
+
+mod faults;
+mod primitives;
+mod runtime;
+mod stages;
+
+use super::{Figure, Outcome};
+use vertebra_gpu::{AdapterChoice, Device, Options};
+
+/// A check on a device.
+pub struct GpuCheck {
+    /// Name of the check.
+    pub name: &'static str,
+    /// Measures the figures.
+    pub run: fn(&Device) -> Outcome,
+}
+
+/// All checks.
+pub const CHECKS: &[GpuCheck] = &[
+    check("scan", primitives::scan),
+    check("scan_in_order", primitives::affine_scan),
+    check("reduce", primitives::reduce),
+    check("sort", primitives::sort),
+    check("sort_shapes", primitives::sort_shapes),
+    check("compact", primitives::compact),
+    check("histogram", primitives::histogram),
+    check("same_bits", primitives::same_bits),
+    check("commands_in_order", runtime::commands_in_order),
+    check("indirect_dispatch", runtime::indirect_dispatch),
+    check("runs_overlap", runtime::runs_overlap),
+    check("shared_buffers", runtime::shared_buffers),
+    check("times", runtime::times),
+    check("many_workgroups", stages::many_workgroups),
+    check("no_adapter", faults::no_adapter),
+    check("missing_feature", faults::missing_feature),
+    check("limits_too_low", faults::limits_too_low),
+    check("buffer_too_large", faults::buffer_too_large),
+    check("out_of_memory", faults::out_of_memory),
+    check("device_lost", faults::device_lost),
+    check("invalid_shader", faults::invalid_shader),
+    check("wrong_recordings", faults::wrong_recordings),
+    check("nan_in_data", stages::nan_in_data),
+    check("nan_made_on_the_device", stages::nan_made_on_the_device),
+    check("failed_stage", stages::failed_stage),
+];
+
+const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
+    GpuCheck { name, run }
+}
+
+/// The device that is checked, opened with its own limits and whatever of f64, subgroups and
+/// timestamps it has.
+///
+/// # Errors
+/// If there is none.
+pub fn device() -> Result<Device, vertebra_gpu::Error> {
+    Device::auto()
+}
+
+/// Options that open the same adapter again.
+fn same_adapter(device: &Device) -> Options {
+    Options {
+        adapter: AdapterChoice::Named(device.info().name.clone()),
+        ..Options::default()
+    }
+}
+
+/// A figure that is 0 where a statement holds.
+fn holds(name: impl Into<String>, statement: bool) -> Figure {
+    Figure::new(name, if statement { 0.0 } else { 1.0 }, 0.0)
+}
+
+/// Whether this is a processor that plays a GPU: tests are then smaller.
+fn is_software(device: &Device) -> bool {
+    device.info().device_type == vertebra_gpu::wgpu::DeviceType::Cpu
+}

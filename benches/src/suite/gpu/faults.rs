@@ -1,0 +1,280 @@
+//! What happens when things go wrong: a typed error, and the next call works.
+
+use super::{holds, same_adapter};
+use crate::suite::{Figure, Outcome};
+use anyhow::Context;
+use vertebra_gpu::wgpu::{self, Features};
+use vertebra_gpu::{
+    AdapterChoice, Binding, Device, Error, Kernel, Options, Problem, Recording, Shortfall,
+    workgroups,
+};
+
+const DOUBLE: Kernel = Kernel::new(
+    "double",
+    &["
+    @group(0) @binding(0) var<storage, read_write> data: array<u32>;
+    @compute @workgroup_size(64)
+    fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+        if id.x < arrayLength(&data) { data[id.x] *= 2u; }
+    }"],
+    &[Binding::read_write::<u32>("data")],
+    [64, 1, 1],
+);
+
+/// That a device computes.
+fn works(device: &Device) -> Result<bool, Error> {
+    let mut recording = Recording::new("works");
+    let data = recording.buffer_from("data", &[1_u32, 2, 3, 4]);
+    recording.dispatch(&DOUBLE, &[data.any()], [1, 1, 1]);
+    recording.download(data);
+    Ok(device.prepare(&recording)?.run()?.wait()?.read(data)? == [2, 4, 6, 8])
+}
+
+/// The figures of an error that was expected, and that the next call works.
+fn refused<T>(
+    device: &Device,
+    what: &str,
+    result: Result<T, Error>,
+    expected: impl Fn(&Error) -> bool,
+) -> Outcome {
+    let name = match &result {
+        Ok(_) => format!("{what}: was not refused"),
+        Err(error) => format!("{what}: {error}"),
+    };
+    Ok(vec![
+        holds(name, result.is_err_and(|error| expected(&error))),
+        holds(format!("works after {what}"), works(device)?),
+    ])
+}
+
+pub(super) fn no_adapter(device: &Device) -> Outcome {
+    let options = Options {
+        adapter: AdapterChoice::Named("no such adapter".to_owned()),
+        ..Options::default()
+    };
+    let name = device.info().name.clone();
+    refused(
+        device,
+        "no adapter",
+        Device::open(options),
+        |error| matches!(error, Error::NoAdapter { found, .. } if found.contains(&name)),
+    )
+}
+
+pub(super) fn missing_feature(device: &Device) -> Outcome {
+    // Some feature is always missing: no adapter has the formats of every vendor.
+    let options = Options {
+        required: Features::all_webgpu_mask() | Features::SHADER_F64,
+        limits: wgpu::Limits {
+            max_bind_groups: u32::MAX,
+            max_compute_workgroup_size_x: u32::MAX,
+            ..wgpu::Limits::downlevel_defaults()
+        },
+        ..same_adapter(device)
+    };
+    refused(device, "missing feature", Device::open(options), |error| {
+        let Error::Unsupported { missing, .. } = error else {
+            return false;
+        };
+        let limits = missing
+            .iter()
+            .filter(|m| matches!(m, Shortfall::Limit { .. }));
+        let features = missing
+            .iter()
+            .filter(|m| matches!(m, Shortfall::Feature(_)));
+        limits.count() == 2 && features.count() >= 1
+    })
+}
+
+/// A device opened with small limits refuses what goes beyond them, by name and number.
+pub(super) fn limits_too_low(device: &Device) -> Outcome {
+    let small = Device::open(Options {
+        limits: wgpu::Limits {
+            max_storage_buffer_binding_size: 1 << 16,
+            ..wgpu::Limits::downlevel_defaults()
+        },
+        exact_limits: true,
+        ..same_adapter(device)
+    })?;
+    let mut recording = Recording::new("too much");
+    let data = recording.buffer::<u32>("data", 1 << 15);
+    recording.dispatch(&DOUBLE, &[data.any()], [70_000, 1, 1]);
+    refused(&small, "low limits", small.prepare(&recording), |error| {
+        let Error::Recording { problems, .. } = error else {
+            return false;
+        };
+        let limits = problems.iter().map(|problem| match problem {
+            Problem::Limit {
+                shortfall: Shortfall::Limit { limit, .. },
+                ..
+            } => *limit,
+            _ => "",
+        });
+        limits.eq([
+            "max_compute_workgroups_per_dimension",
+            "max_storage_buffer_binding_size",
+        ])
+    })
+}
+
+pub(super) fn buffer_too_large(device: &Device) -> Outcome {
+    let words = usize::try_from(device.limits().max_buffer_size / 4 + 1)?;
+    let is_limit = |error: &Error| {
+        matches!(error, Error::Recording { problems, .. }
+            if matches!(&problems[..], [Problem::Limit { .. }]))
+    };
+    let mut figures = refused(
+        device,
+        "large buffer",
+        device.buffer::<u32>("large", words),
+        is_limit,
+    )?;
+    let mut recording = Recording::new("large");
+    recording.buffer::<u32>("large", words);
+    let prepared = device.prepare(&recording);
+    figures.extend(refused(device, "large recording", prepared, is_limit)?);
+    Ok(figures)
+}
+
+/// Fills a small part of the memory, where the driver tells how much of it is used: elsewhere nothing
+/// can be forced without harm to the machine.
+pub(super) fn out_of_memory(device: &Device) -> Outcome {
+    const WORDS: usize = 1 << 26;
+    const COUNT: usize = 32;
+    // The device itself needs some of it.
+    let open = |percent| {
+        Device::open(Options {
+            memory_percent: Some(percent),
+            ..same_adapter(device)
+        })
+    };
+    let small = [1, 2, 4, 8]
+        .into_iter()
+        .find_map(|percent| open(percent).ok());
+    let small = small.context("no part of the memory is enough to open the device")?;
+    let mut buffers = Vec::new();
+    let refused = (0..COUNT).find_map(|number| {
+        let buffer = small.buffer::<u32>(&format!("number {number}"), WORDS);
+        buffer.map(|buffer| buffers.push(buffer)).err()
+    });
+    drop(buffers);
+    let (name, as_expected) = match &refused {
+        None => ("the driver tells no budget".to_owned(), true),
+        Some(error) => (
+            error.to_string(),
+            matches!(error, Error::OutOfMemory { bytes, .. } if *bytes == 4 * WORDS as u64),
+        ),
+    };
+    Ok(vec![
+        holds(name, as_expected),
+        holds("works once there is memory again", works(&small)?),
+        holds("the other device works", works(device)?),
+    ])
+}
+
+pub(super) fn device_lost(device: &Device) -> Outcome {
+    let lost = device.reopen()?;
+    let mut recording = Recording::new("lost");
+    let data = recording.buffer::<u32>("data", 1 << 20);
+    for _ in 0..50 {
+        recording.dispatch(&DOUBLE, &[data.any()], workgroups(1 << 20, 64));
+    }
+    recording.download(data);
+    let program = lost.prepare(&recording)?;
+    let under_way = program.run()?;
+    lost.raw().0.destroy();
+    let is_lost = |error: &Error| matches!(error, Error::DeviceLost { .. });
+    let mut figures: Vec<Figure> = Vec::new();
+    let mut note = |what: &str, result: Result<(), Error>| {
+        let text = result.as_ref().err().map(Error::to_string);
+        let name = format!("{what}: {}", text.unwrap_or_default());
+        figures.push(holds(name, result.is_err_and(|error| is_lost(&error))));
+    };
+    note("the run under way", under_way.wait().map(drop));
+    note("the next run", program.run().map(drop));
+    note("a write", program.write(data, &vec![0; 1 << 20]));
+    note("a buffer", lost.buffer::<u32>("buffer", 1).map(drop));
+    note("a program", lost.prepare(&recording).map(drop));
+    figures.push(holds("opened again", works(&lost.reopen()?)?));
+    figures.push(holds("the other device", works(device)?));
+    Ok(figures)
+}
+
+pub(super) fn invalid_shader(device: &Device) -> Outcome {
+    const BROKEN: Kernel = Kernel::new("broken", &["fn main( {"], &[], [1, 1, 1]);
+    // Declares one binding, the shader has another.
+    const OTHER: Kernel = Kernel::new(
+        "other",
+        &["
+        @group(0) @binding(1) var<storage, read_write> data: array<u32>;
+        @compute @workgroup_size(1)
+        fn main() { data[0] = 1u; }"],
+        &[Binding::read_write::<u32>("data")],
+        [1, 1, 1],
+    );
+    let mut figures = Vec::new();
+    for kernel in [BROKEN, OTHER] {
+        let mut recording = Recording::new("invalid");
+        let data = recording.buffer::<u32>("data", 1);
+        let buffers = [data.any()];
+        recording.dispatch(&kernel, &buffers[..kernel.bindings().len()], [1, 1, 1]);
+        let prepared = device.prepare(&recording);
+        figures.extend(refused(
+            device,
+            kernel.name(),
+            prepared,
+            |error| matches!(error, Error::Shader { kernel: name, .. } if name == kernel.name()),
+        )?);
+    }
+    Ok(figures)
+}
+
+pub(super) fn wrong_recordings(device: &Device) -> Outcome {
+    let mut other = Recording::new("other");
+    let foreign = other.buffer::<u32>("foreign", 4);
+    let mut recording = Recording::new("wrong");
+    let data = recording.buffer::<u32>("data", 4);
+    let wide = recording.buffer::<[u32; 2]>("wide", 4);
+    recording.upload(data, &[0; 5]);
+    recording.copy(data, data);
+    recording.dispatch(&DOUBLE, &[foreign.any()], [1, 1, 1]);
+    recording.dispatch(&DOUBLE, &[wide.any()], [1, 1, 1]);
+    recording.dispatch(&DOUBLE, &[], [1, 1, 1]);
+    recording.dispatch_indirect(&DOUBLE, &[data.any()], data, 2);
+    let prepared = device.prepare(&recording);
+    let mut figures = refused(device, "wrong recording", prepared, |error| {
+        let Error::Recording { problems, .. } = error else {
+            return false;
+        };
+        matches!(
+            &problems[..],
+            [
+                Problem::Size { .. },
+                Problem::Alias { .. },
+                Problem::Foreign { .. },
+                Problem::Stride { .. },
+                Problem::BindingCount { .. },
+                Problem::Size { .. },
+                Problem::Alias { .. },
+            ]
+        )
+    })?;
+    let mut recording = Recording::new("right");
+    let data = recording.buffer::<u32>("data", 4);
+    let hidden = recording.buffer::<u32>("hidden", 4);
+    recording.download(data);
+    let program = device.prepare(&recording)?;
+    let short = program.write(data, &[1, 2]);
+    figures.push(holds(
+        "short data",
+        matches!(short, Err(Error::Length { .. })),
+    ));
+    let output = program.run()?.wait()?;
+    let unread = output.read(hidden);
+    figures.push(holds(
+        "not downloaded",
+        matches!(unread, Err(Error::WrongBuffer { .. })),
+    ));
+    figures.push(holds("downloaded", output.read(data)? == [0; 4]));
+    Ok(figures)
+}

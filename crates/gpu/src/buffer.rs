@@ -1,0 +1,140 @@
+//! Buffers that outlive a program and are shared by several.
+
+use std::marker::PhantomData;
+
+use bytemuck::Pod;
+
+use crate::device::Device;
+use crate::error::{Error, Problem, Shortfall};
+
+/// Memory of a device for elements of one type, which several programs can use: see
+/// [`Recording::shared`](crate::Recording::shared). Clones are the same memory.
+#[derive(Debug)]
+pub struct Buffer<T> {
+    device: Device,
+    name: String,
+    raw: wgpu::Buffer,
+    len: usize,
+    element: PhantomData<fn() -> T>,
+}
+
+impl<T> Clone for Buffer<T> {
+    fn clone(&self) -> Self {
+        Self {
+            device: self.device.clone(),
+            name: self.name.clone(),
+            raw: self.raw.clone(),
+            len: self.len,
+            element: PhantomData,
+        }
+    }
+}
+
+/// Uses that any buffer of elements may be put to.
+pub(crate) const USES: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
+    .union(wgpu::BufferUsages::UNIFORM)
+    .union(wgpu::BufferUsages::COPY_SRC)
+    .union(wgpu::BufferUsages::COPY_DST);
+
+impl<T: Pod> Buffer<T> {
+    pub(crate) fn new(device: &Device, name: &str, len: usize) -> Result<Self, Error> {
+        let bytes = len as u64 * size_of::<T>() as u64;
+        let wrong = |problem| Error::Recording {
+            recording: name.to_owned(),
+            problems: vec![problem],
+        };
+        if !size_of::<T>().is_multiple_of(4) {
+            return Err(wrong(Problem::Element {
+                buffer: name.to_owned(),
+                bytes: size_of::<T>() as u64,
+            }));
+        }
+        let limit = device.limits().max_buffer_size;
+        if bytes > limit {
+            return Err(wrong(Problem::Limit {
+                what: format!("buffer `{name}`"),
+                shortfall: Shortfall::Limit {
+                    limit: "max_buffer_size",
+                    needed: bytes,
+                    available: limit,
+                },
+            }));
+        }
+        Ok(Self {
+            device: device.clone(),
+            name: name.to_owned(),
+            raw: allocate(device, name, bytes, USES)?,
+            len,
+            element: PhantomData,
+        })
+    }
+
+    /// Replaces the content before whatever is submitted next.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless there is one element for each; [`Error::DeviceLost`];
+    /// [`Error::OutOfMemory`].
+    pub fn write(&self, content: &[T]) -> Result<(), Error> {
+        write(&self.device, &self.name, &self.raw, self.len, content)
+    }
+
+    /// Number of elements.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The buffer of wgpu.
+    #[must_use]
+    pub fn raw(&self) -> &wgpu::Buffer {
+        &self.raw
+    }
+}
+
+/// A buffer of zeros. Bindings cannot be empty, so that there are four words at least.
+pub(crate) fn allocate(
+    device: &Device,
+    name: &str,
+    bytes: u64,
+    usage: wgpu::BufferUsages,
+) -> Result<wgpu::Buffer, Error> {
+    device.checked(&format!("buffer `{name}`"), bytes, |device, _| {
+        device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(name),
+            size: bytes.max(16),
+            usage,
+            mapped_at_creation: false,
+        })
+    })
+}
+
+/// Replaces the content of a buffer before whatever is submitted next.
+pub(crate) fn write<T: Pod>(
+    device: &Device,
+    name: &str,
+    buffer: &wgpu::Buffer,
+    len: usize,
+    content: &[T],
+) -> Result<(), Error> {
+    if content.len() != len {
+        return Err(Error::Length {
+            buffer: name.to_owned(),
+            expected: len as u64,
+            given: content.len() as u64,
+        });
+    }
+    let bytes: &[u8] = bytemuck::cast_slice(content);
+    if bytes.is_empty() {
+        return Ok(());
+    }
+    let what = format!("writing buffer `{name}`");
+    device.checked(&what, bytes.len() as u64, |_, queue| {
+        queue.write_buffer(buffer, 0, bytes);
+    })
+}

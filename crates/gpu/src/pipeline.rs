@@ -1,0 +1,74 @@
+//! Compiling kernels.
+
+use crate::device::Device;
+use crate::error::Error;
+use crate::kernel::{Access, Kernel};
+
+/// A compiled kernel.
+#[derive(Clone, Debug)]
+pub(crate) struct Pipeline {
+    pub(crate) pipeline: wgpu::ComputePipeline,
+    pub(crate) layout: wgpu::BindGroupLayout,
+}
+
+impl Pipeline {
+    /// Compiles a kernel with the layout that its description gives, so that a shader which
+    /// differs from it is refused.
+    pub(crate) fn compile(device: &Device, kernel: &Kernel) -> Result<Self, Error> {
+        let name = Some(kernel.name());
+        let entries: Vec<_> = (0..).zip(kernel.bindings()).map(entry).collect();
+        let compiled = device.checked(kernel.name(), 0, |device, _| {
+            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: name,
+                source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
+            });
+            let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: name,
+                entries: &entries,
+            });
+            let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: name,
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            });
+            let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: name,
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: kernel.constants(),
+                    // Kernels set what they read of it.
+                    zero_initialize_workgroup_memory: false,
+                },
+                cache: None,
+            });
+            Self { pipeline, layout }
+        });
+        compiled.map_err(|error| match error {
+            Error::Driver { message, .. } => Error::Shader {
+                kernel: kernel.name().to_owned(),
+                message,
+            },
+            other => other,
+        })
+    }
+}
+
+fn entry((number, binding): (u32, &crate::kernel::Binding)) -> wgpu::BindGroupLayoutEntry {
+    let ty = match binding.access {
+        Access::Uniform => wgpu::BufferBindingType::Uniform,
+        Access::Read => wgpu::BufferBindingType::Storage { read_only: true },
+        Access::ReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+    };
+    wgpu::BindGroupLayoutEntry {
+        binding: number,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: wgpu::BufferSize::new(binding.stride.into()),
+        },
+        count: None,
+    }
+}

@@ -1,0 +1,274 @@
+//! The primitives as [twins](vertebra_gpu::twin): with what each is compared on the CPU.
+
+use vertebra_gpu::twin::{Named, RecordedStage, StageSlot, Twin, Values};
+use vertebra_gpu::wgpu::Features;
+use vertebra_gpu::{Recording, Slot};
+
+use crate::kernels::{Operator, Precision};
+use crate::reduce::Reduce;
+use crate::scan::{Scan, ScanKind};
+use crate::sort::{Rows, Sort};
+use crate::{compact as record_compact, histogram as record_histogram};
+
+/// All of them.
+pub const ALL: &[Twin] = &[
+    SCAN,
+    AFFINE_SCAN,
+    REDUCE_F32,
+    REDUCE_F64,
+    SORT,
+    COMPACT,
+    HISTOGRAM,
+];
+
+/// Sums of the words of `data`: stages `exclusive`, `inclusive`.
+pub const SCAN: Twin = Twin {
+    name: "scan",
+    features: Features::empty(),
+    cpu: |inputs| scan_cpu(words(inputs, "data"), 0, u32::wrapping_add),
+    gpu: |recording, inputs, _| scan_gpu(recording, inputs, &Operator::add_u32()),
+    tolerance: exact,
+};
+
+/// Compositions of maps modulo 2^16, which do not commute: stages `exclusive`, `inclusive`.
+pub const AFFINE_SCAN: Twin = Twin {
+    name: "affine_scan",
+    features: Features::empty(),
+    cpu: |inputs| scan_cpu(words(inputs, "data"), 1, affine),
+    gpu: |recording, inputs, _| scan_gpu(recording, inputs, &Operator::affine()),
+    tolerance: exact,
+};
+
+/// The sum of f32 `data`: stage `sum`.
+pub const REDUCE_F32: Twin = Twin {
+    name: "reduce_f32",
+    features: Features::empty(),
+    cpu: |inputs| {
+        let sum = singles(inputs).iter().map(|&x| f64::from(x)).sum::<f64>();
+        #[expect(clippy::cast_possible_truncation, reason = "rounding to f32 is meant")]
+        let sum = sum as f32;
+        vec![Named::new("sum", vec![sum])]
+    },
+    gpu: |recording, inputs, _| {
+        let data = recording.buffer_from("data", singles(inputs));
+        let sum = recording.buffer::<f32>("sum", 1);
+        Reduce::new(&Operator::add(Precision::F32)).record(recording, data, sum);
+        vec![stage("sum", StageSlot::F32(sum), 1)]
+    },
+    tolerance: |_, inputs| {
+        let terms = singles(inputs).iter().map(|&x| f64::from(x));
+        sum_tolerance(f32::EPSILON.into(), terms)
+    },
+};
+
+/// The sum of f64 `data`: stage `sum`.
+pub const REDUCE_F64: Twin = Twin {
+    name: "reduce_f64",
+    features: Features::SHADER_F64,
+    cpu: |inputs| vec![Named::new("sum", vec![doubles(inputs).iter().sum::<f64>()])],
+    gpu: |recording, inputs, _| {
+        let data = recording.buffer_from("data", doubles(inputs));
+        let sum = recording.buffer::<f64>("sum", 1);
+        Reduce::new(&Operator::add(Precision::F64)).record(recording, data, sum);
+        vec![stage("sum", StageSlot::F64(sum), 1)]
+    },
+    tolerance: |_, inputs| {
+        let serial = doubles(inputs).len() as f64;
+        serial.max(1.0) * sum_tolerance(f64::EPSILON, doubles(inputs).iter().copied())
+    },
+};
+
+/// The pairs of `keys` and `values` by the lowest `bits[0]` bits of the key: stages `keys`, `values`.
+/// `shape` is a place in [`Rows::ALL`] and a number of items; without it the sort is as on any
+/// device.
+pub const SORT: Twin = Twin {
+    name: "sort",
+    features: Features::empty(),
+    cpu: sort_cpu,
+    gpu: |recording, inputs, device| {
+        let sort = match words(inputs, "shape") {
+            &[rows, items] if (rows as usize) < Rows::ALL.len() => {
+                Sort::new(Rows::ALL[rows as usize], items)
+            }
+            _ => Sort::on(device),
+        };
+        sort_gpu(recording, inputs, &sort)
+    },
+    tolerance: exact,
+};
+
+/// The `values` whose flag in `flags` is not zero: stages `kept`, `kept_count`.
+pub const COMPACT: Twin = Twin {
+    name: "compact",
+    features: Features::empty(),
+    cpu: |inputs| {
+        let pairs = words(inputs, "values").iter().zip(words(inputs, "flags"));
+        let kept: Vec<u32> = pairs
+            .filter(|(_, flag)| **flag != 0)
+            .map(|(v, _)| *v)
+            .collect();
+        let count = u32::try_from(kept.len()).unwrap_or(u32::MAX);
+        vec![
+            Named::new("kept", kept),
+            Named::new("kept_count", vec![count]),
+        ]
+    },
+    gpu: |recording, inputs, _| {
+        let flags = recording.buffer_from("flags", words(inputs, "flags"));
+        let values = recording.buffer_from("values", words(inputs, "values"));
+        let kept = recording.buffer::<u32>("kept", words(inputs, "values").len());
+        let count = recording.buffer::<u32>("kept_count", 1);
+        record_compact(recording, flags, values, kept, count);
+        let set = words(inputs, "flags").iter().filter(|flag| **flag != 0);
+        vec![
+            stage("kept", StageSlot::U32(kept), set.count()),
+            stage("kept_count", StageSlot::U32(count), 1),
+        ]
+    },
+    tolerance: exact,
+};
+
+/// How often each of `bins[0]` keys occurs in `keys`; larger keys fail: stage `counts`.
+pub const HISTOGRAM: Twin = Twin {
+    name: "histogram",
+    features: Features::empty(),
+    cpu: |inputs| {
+        let mut counts = vec![0_u32; number(inputs, "bins")];
+        for &key in words(inputs, "keys") {
+            if let Some(count) = counts.get_mut(key as usize) {
+                *count += 1;
+            }
+        }
+        vec![Named::new("counts", counts)]
+    },
+    gpu: |recording, inputs, _| {
+        let keys = recording.buffer_from("keys", words(inputs, "keys"));
+        let bins = number(inputs, "bins");
+        let counts = recording.buffer::<u32>("counts", bins);
+        record_histogram(recording, keys, counts);
+        vec![stage("counts", StageSlot::U32(counts), bins)]
+    },
+    tolerance: exact,
+};
+
+fn exact(_: &str, _: &[Named]) -> f64 {
+    0.0
+}
+
+fn stage(name: &'static str, slot: StageSlot, len: usize) -> RecordedStage {
+    RecordedStage { name, slot, len }
+}
+
+/// The maps of the shader `affine`.
+fn affine(f: u32, g: u32) -> u32 {
+    let a = f.wrapping_mul(g) & 0xffff;
+    let b = (g & 0xffff).wrapping_mul(f >> 16).wrapping_add(g >> 16);
+    a | b << 16
+}
+
+fn scan_cpu(data: &[u32], identity: u32, combine: fn(u32, u32) -> u32) -> Vec<Named> {
+    let mut running = identity;
+    let (mut exclusive, mut inclusive) = (Vec::new(), Vec::new());
+    for &element in data {
+        exclusive.push(running);
+        running = combine(running, element);
+        inclusive.push(running);
+    }
+    vec![
+        Named::new("exclusive", exclusive),
+        Named::new("inclusive", inclusive),
+    ]
+}
+
+fn scan_gpu(
+    recording: &mut Recording,
+    inputs: &[Named],
+    operator: &Operator,
+) -> Vec<RecordedStage> {
+    let words = words(inputs, "data");
+    let data = recording.buffer_from("data", words);
+    let kinds = [
+        ("exclusive", ScanKind::Exclusive),
+        ("inclusive", ScanKind::Inclusive),
+    ];
+    kinds
+        .map(|(name, kind)| {
+            let result: Slot<u32> = recording.buffer(name, words.len());
+            Scan::new(operator).record(recording, data, result, kind);
+            stage(name, StageSlot::U32(result), words.len())
+        })
+        .into()
+}
+
+fn sort_cpu(inputs: &[Named]) -> Vec<Named> {
+    let (keys, values) = (words(inputs, "keys"), words(inputs, "values"));
+    let mask = 1_u64
+        .checked_shl(bits(inputs))
+        .map_or(u64::MAX, |bit| bit - 1);
+    let mut pairs: Vec<_> = keys.iter().copied().zip(values.iter().copied()).collect();
+    pairs.sort_by_key(|(key, _)| u64::from(*key) & mask);
+    let (keys, values): (Vec<u32>, Vec<u32>) = pairs.into_iter().unzip();
+    vec![Named::new("keys", keys), Named::new("values", values)]
+}
+
+fn sort_gpu(recording: &mut Recording, inputs: &[Named], sort: &Sort) -> Vec<RecordedStage> {
+    let (keys, values) = (words(inputs, "keys"), words(inputs, "values"));
+    let len = keys.len();
+    let keys = recording.buffer_from("keys", keys);
+    let values = recording.buffer_from("values", values);
+    sort.record(recording, keys, values, bits(inputs));
+    vec![
+        stage("keys", StageSlot::U32(keys), len),
+        stage("values", StageSlot::U32(values), len),
+    ]
+}
+
+/// Rounding of a sum of n terms in pairs, relative to the sum: eps log2(n) sum|x| / |sum| (N. J.
+/// Higham, "The accuracy of floating point summation", SIAM J. Sci. Comput. 14(4), 1993).
+fn sum_tolerance(epsilon: f64, terms: impl Iterator<Item = f64>) -> f64 {
+    let (mut count, mut sum, mut absolute) = (0_u32, 0.0, 0.0);
+    for term in terms {
+        count += 1;
+        sum += term;
+        absolute += term.abs();
+    }
+    if sum == 0.0 {
+        return epsilon;
+    }
+    epsilon * (2.0 + f64::from(count.max(1)).log2()) * absolute / sum.abs()
+}
+
+fn find<'a>(inputs: &'a [Named], name: &str) -> Option<&'a Values> {
+    let named = inputs.iter().find(|input| input.name == name)?;
+    Some(&named.values)
+}
+
+fn words<'a>(inputs: &'a [Named], name: &str) -> &'a [u32] {
+    find(inputs, name).map_or(&[], Values::words)
+}
+
+fn singles(inputs: &[Named]) -> &[f32] {
+    match find(inputs, "data") {
+        Some(Values::F32(values)) => values,
+        _ => &[],
+    }
+}
+
+fn doubles(inputs: &[Named]) -> &[f64] {
+    match find(inputs, "data") {
+        Some(Values::F64(values)) => values,
+        _ => &[],
+    }
+}
+
+/// A single number; 0 where it is missing.
+fn number(inputs: &[Named], name: &str) -> usize {
+    words(inputs, name).first().map_or(0, |&n| n as usize)
+}
+
+/// Bits to sort by; all where none are given.
+fn bits(inputs: &[Named]) -> u32 {
+    words(inputs, "bits")
+        .first()
+        .map_or(32, |&bits| bits.min(32))
+}

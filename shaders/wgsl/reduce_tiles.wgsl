@@ -1,0 +1,37 @@
+// Combines the elements of each tile in their order: totals[tile] = data[first] + ... + data[last].
+// With `Element`, `identity`, `combine` (associative) and `load` of other parts.
+
+@group(0) @binding(0) var<uniform> range: Range;
+@group(0) @binding(1) var<storage, read> data: array<Element>;
+@group(0) @binding(2) var<storage, read_write> totals: array<Element>;
+
+var<workgroup> partial: array<Element, THREADS>;
+
+@compute @workgroup_size(256)
+fn main(
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let tile = group.y * groups.x + group.x;
+    let first = tile * TILE + lane * ITEMS;
+    var total = identity();
+    for (var i = 0u; i < ITEMS; i++) {
+        if first + i < range.count {
+            total = combine(total, load(first + i));
+        }
+    }
+    partial[lane] = total;
+    // Neighbours join, so that the order is kept: the same tree on every device.
+    for (var width = 1u; width < THREADS; width *= 2u) {
+        // What the last round wrote is read.
+        workgroupBarrier();
+        let left = 2u * width * lane;
+        if left + width < THREADS {
+            partial[left] = combine(partial[left], partial[left + width]);
+        }
+    }
+    if lane == 0u && tile < range.tiles {
+        totals[tile] = partial[0];
+    }
+}

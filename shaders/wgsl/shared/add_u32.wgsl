@@ -1,0 +1,9 @@
+alias Element = u32;
+
+fn identity() -> Element {
+    return 0u;
+}
+
+fn combine(a: Element, b: Element) -> Element {
+    return a + b;
+}

@@ -1,0 +1,3 @@
+fn load(i: u32) -> Element {
+    return data[i];
+}

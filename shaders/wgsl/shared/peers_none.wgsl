@@ -1,0 +1,8 @@
+// Every lane is a row by itself: it has no peers.
+fn find_peers(row: Row, digit: u32) -> Peers {
+    return Peers(0u, 1u, 0u);
+}
+
+fn from_leader(value: u32, leader: u32) -> u32 {
+    return value;
+}

@@ -1,0 +1,19 @@
+// One pass of the sort: by one digit of the key. BITS, ITEMS and ROWS come from the host.
+const THREADS: u32 = 256u;
+const TILE: u32 = THREADS * ITEMS;
+const BINS: u32 = 1u << BITS;
+
+struct Pass {
+    // Number of keys.
+    count: u32,
+    // Number of tiles.
+    tiles: u32,
+    // Lowest bit of the digit.
+    shift: u32,
+    // Bits of the digit that count: fewer than all in the last pass of some keys.
+    mask: u32,
+}
+
+fn digit_of(key: u32) -> u32 {
+    return (key >> pass_.shift) & pass_.mask;
+}

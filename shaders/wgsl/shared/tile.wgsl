@@ -1,0 +1,11 @@
+// A workgroup of 256 lanes takes a tile of consecutive elements, each lane four of them in a row.
+const THREADS: u32 = 256u;
+const ITEMS: u32 = 4u;
+const TILE: u32 = 1024u;
+
+struct Range {
+    // Number of elements.
+    count: u32,
+    // Number of tiles.
+    tiles: u32,
+}
