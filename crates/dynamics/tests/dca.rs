@@ -264,7 +264,7 @@ fn threads_change_nothing() {
 fn shapes_that_overflow_a_recursion() {
     let rod = Rod::default();
     let star = generate::tree(100_001, 100_000, &rod).unwrap();
-    let chain = generate::random_chain(100_000, &rod, 3).unwrap();
+    let chain = generate::random_chain(1_000_000, &rod, 3).unwrap();
     let forest = RandomTree {
         reach: 2,
         articulations: 7,

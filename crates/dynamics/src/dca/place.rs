@@ -358,7 +358,7 @@ impl<T: Real> Link<T> {
             }
             Kind::Prismatic => local.translation += local.rotation.z_axis * length(q[0]),
             Kind::Spherical => {
-                local.rotation = local.rotation * T::rotation_of([q[0], q[1], q[2], q[3]])
+                local.rotation = local.rotation * T::rotation_of([q[0], q[1], q[2], q[3]]);
             }
             Kind::Free => {
                 local.translation = local.point(vec3(q[0], q[1], q[2]).map(length));
