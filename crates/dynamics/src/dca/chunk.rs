@@ -64,8 +64,6 @@ pub(super) struct Leaf<T> {
     body: Inverse<T>,
     seam: Seam<T>,
     joined: Joined<T>,
-    /// The force that its joint transmits to it.
-    force: [T; 6],
 }
 
 impl<T: Real> Leaf<T> {
@@ -73,7 +71,6 @@ impl<T: Real> Leaf<T> {
         body: Inverse::NONE,
         seam: Seam::RIGID,
         joined: Joined::NONE,
-        force: [T::ZERO; 6],
     };
 }
 
@@ -296,11 +293,12 @@ pub(super) fn solve<T: Real, L: Real>(
     let slots = plan.slots_of(chunk);
     let (first, last) = (slots.start, slots.end - 1);
     let first_dof = plan.dofs[first] as usize;
-    let mut tip = ends.f2;
-    if let Some(leaf) = own.leaves.first_mut() {
-        leaf.force = leaf.joined.force_across(&leaf.seam, &ends.x, &ends.f2);
-        tip = leaf.force.map(|f| -f);
-    }
+    // The force that a leaf's joint transmits to it acts on the rest the other way round.
+    let leaf = own.leaves.first().map(|leaf| {
+        let force = leaf.joined.force_across(&leaf.seam, &ends.x, &ends.f2);
+        (leaf, force)
+    });
+    let tip = leaf.map_or(ends.f2, |(_, force)| force.map(|f| -f));
     let mut a = match own.inner.first() {
         Some(inverse) => inverse.respond(&ends.x, &tip),
         None => Motion::from_array(ends.x),
@@ -315,10 +313,10 @@ pub(super) fn solve<T: Real, L: Real>(
         let columns = &given.places.columns[dofs.clone()];
         let dofs = dofs.start - first_dof..dofs.end - first_dof;
         let qdd = &mut own.qdd[dofs.clone()];
-        match own.leaves.first() {
-            Some(leaf) if slot == last => {
+        match leaf {
+            Some((leaf, force)) if slot == last => {
                 // Of the accelerations on both sides of its joint the difference is S qdd.
-                let center = leaf.body.respond(&ends.f2, &leaf.force);
+                let center = leaf.body.respond(&ends.f2, &force);
                 let across = center.shifted(-placed.arm) + placed.centripetal(-placed.arm);
                 for (qdd, column) in qdd.iter_mut().zip(columns) {
                     *qdd = (across - a).dot(Force::new(column.angular, column.linear));
