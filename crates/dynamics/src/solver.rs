@@ -1,6 +1,6 @@
 //! One door to forward dynamics: the algorithm is chosen from the model, or by its user.
 
-use crate::dca::{PARALLEL_BODIES, check_precisions};
+use crate::dca::{CHUNK, PARALLEL_BODIES, check_precisions};
 use crate::{DcaOptions, DcaWorkspace, Error, Forces, Precision, Workspace, aba, cost, dca};
 use core::fmt;
 use vertebra_assembly::schedule::ScheduleOptions;
@@ -46,7 +46,7 @@ impl Default for SolverOptions {
             algorithm: None,
             precision: Precision::F64,
             tree: None,
-            schedule: ScheduleOptions::default(),
+            schedule: ScheduleOptions::with_window(CHUNK),
             parallel: true,
         }
     }

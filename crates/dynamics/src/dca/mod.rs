@@ -30,6 +30,10 @@ use vertebra_assembly::schedule::{Schedule, ScheduleOptions};
 use vertebra_assembly::{BodyId, Model, State};
 use vertebra_spatial::{DoubleDouble, Real};
 
+/// Bodies of a chunk on a processor: long chunks are less work a body, and the fewer joins there are in
+/// less precision, and the fewer side branches reach them, the smaller the error (`docs/accuracy.md`).
+pub(crate) const CHUNK: usize = 32;
+
 /// How an assembly tree is worked through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DcaOptions {
@@ -45,12 +49,12 @@ pub struct DcaOptions {
 }
 
 impl Default for DcaOptions {
-    /// Everything in f64, chunks of 8, all threads.
+    /// Everything in f64, 32 bodies a chunk, all threads.
     fn default() -> Self {
         Self {
             chunks: Precision::F64,
             tree: Precision::F64,
-            schedule: ScheduleOptions::default(),
+            schedule: ScheduleOptions::with_window(CHUNK),
             parallel: true,
         }
     }
@@ -230,7 +234,7 @@ pub(crate) fn check_precisions(chunks: Precision, tree: Precision) -> Result<(),
 ///
 /// let model = generate::random_chain(1024, &generate::Rod::default(), 7)?;
 /// let mut workspace = DcaWorkspace::new(&model, &DcaOptions::default())?;
-/// assert_eq!(workspace.schedule().round_count(), 8);
+/// assert_eq!(workspace.schedule().round_count(), 6);
 /// let (state, forces) = (State::random(&model, 8), Forces::none(&model));
 /// let qdd = dca(&model, &state, &forces, &mut workspace)?;
 /// assert_eq!(qdd.len(), 1024);

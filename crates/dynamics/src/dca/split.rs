@@ -4,7 +4,7 @@ use super::plan::Extent;
 use core::ops::Range;
 
 /// Fewest chunks or joins that are worth handing to another thread.
-const GRAIN: usize = 32;
+const GRAIN: usize = 8;
 
 /// Fewest bodies for which threads are worth waking at all.
 pub(crate) const PARALLEL_BODIES: usize = 2048;
