@@ -13,7 +13,7 @@ pub enum Error {
     Model(#[from] ModelError),
     /// A workspace made for another model.
     #[error(
-        "the workspace was made for another model (`{workspace}`) than this (`{model}`; clones of one model share workspaces, two built alike do not): make one with Workspace::new"
+        "the workspace was made for another model (`{workspace}`) than this (`{model}`; clones of one model share workspaces, two built alike do not): make one for it"
     )]
     WrongWorkspace {
         /// Model the workspace was made for.
@@ -57,7 +57,7 @@ pub enum Error {
     },
     /// The two halves of a body that the assembly tree cuts cannot be put together.
     #[error(
-        "the halves of body `{body}` cannot be joined in {precision}: choose a more precise tree, or ABA"
+        "body `{body}` cannot be cut and joined again in {precision}: choose a more precise tree, longer chunks, or ABA"
     )]
     Unjoined {
         /// The cut body.

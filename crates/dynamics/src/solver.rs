@@ -123,7 +123,11 @@ pub struct Solver {
 #[derive(Clone, Debug)]
 enum Memory {
     Aba(Box<Workspace>),
-    Dca(Box<DcaWorkspace>),
+    Dca {
+        tree: Box<DcaWorkspace>,
+        /// Where the tree once could not be joined.
+        otherwise: Option<Box<Workspace>>,
+    },
 }
 
 impl Solver {
@@ -153,7 +157,10 @@ impl Solver {
         };
         let memory = match algorithm {
             Algorithm::Aba => Memory::Aba(Box::new(Workspace::new(model, options.precision))),
-            Algorithm::Dca => Memory::Dca(Box::new(DcaWorkspace::new(model, &dca_options)?)),
+            Algorithm::Dca => Memory::Dca {
+                tree: Box::new(DcaWorkspace::new(model, &dca_options)?),
+                otherwise: None,
+            },
         };
         Ok(Self {
             choice: Choice {
@@ -177,6 +184,10 @@ impl Solver {
 
     /// The joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
     ///
+    /// Where divide and conquer was not asked for and refuses ([`Error::Unjoined`],
+    /// [`Error::SingularJoint`]), the articulated-body algorithm has the last word, so that what can
+    /// be computed does not depend on the number of threads.
+    ///
     /// # Errors
     /// As [`aba`] and [`dca`].
     pub fn forward_dynamics(
@@ -187,7 +198,23 @@ impl Solver {
     ) -> Result<&[f64], Error> {
         match &mut self.memory {
             Memory::Aba(workspace) => aba(model, state, forces, workspace),
-            Memory::Dca(workspace) => dca(model, state, forces, workspace),
+            Memory::Dca { tree, otherwise } => {
+                let refused = match dca(model, state, forces, tree) {
+                    Ok(_) => return tree.joint_accelerations(),
+                    Err(refused) => refused,
+                };
+                let ours = matches!(
+                    refused,
+                    Error::Unjoined { .. } | Error::SingularJoint { .. }
+                );
+                if self.choice.forced || !ours {
+                    return Err(refused);
+                }
+                let precision = self.choice.precision;
+                let workspace =
+                    otherwise.get_or_insert_with(|| Box::new(Workspace::new(model, precision)));
+                aba(model, state, forces, workspace)
+            }
         }
     }
 
@@ -195,7 +222,7 @@ impl Solver {
     pub(crate) fn workspace_mut(&mut self) -> Option<&mut Workspace> {
         match &mut self.memory {
             Memory::Aba(workspace) => Some(workspace),
-            Memory::Dca(_) => None,
+            Memory::Dca { .. } => None,
         }
     }
 }
@@ -255,6 +282,37 @@ mod tests {
         for (a, b) in found.iter().zip(&reference) {
             assert!((a - b).abs() <= 1e5 * f64::EPSILON * largest);
         }
+    }
+
+    /// What divide and conquer refuses although it can be computed is computed, unless it was asked for.
+    #[test]
+    fn the_recursion_has_the_last_word() {
+        let masses = generate::Masses::HeavyTips(1e12);
+        let model = generate::uneven_tree(20_000, 3, &Rod::default(), &masses, 1).unwrap();
+        let (state, forces) = (State::random(&model, 2), Forces::none(&model));
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(16)
+            .build()
+            .unwrap();
+        let solve = |algorithm| {
+            pool.install(|| {
+                let options = SolverOptions {
+                    algorithm,
+                    tree: Some(Precision::F32),
+                    schedule: ScheduleOptions::with_window(2),
+                    ..SolverOptions::default()
+                };
+                let mut solver = Solver::new(&model, &options).unwrap();
+                assert_eq!(solver.choice().algorithm, Algorithm::Dca);
+                let qdd = solver.forward_dynamics(&model, &state, &forces);
+                qdd.map(<[f64]>::to_vec)
+            })
+        };
+        let refused = solve(Some(Algorithm::Dca)).unwrap_err();
+        assert!(matches!(refused, Error::Unjoined { .. }), "{refused}");
+        let mut workspace = Workspace::new(&model, Precision::F64);
+        let reference = aba(&model, &state, &forces, &mut workspace).unwrap();
+        assert_eq!(solve(None).unwrap(), reference);
     }
 
     #[test]

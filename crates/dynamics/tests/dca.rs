@@ -2,13 +2,20 @@
 
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
+use glam::{DMat3, DVec3};
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
-use vertebra_assembly::{Joint, Model, ModelDescription, Random, State};
+use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::{
     DcaOptions, DcaWorkspace, Error, Forces, Precision, Workspace, Wrench, aba, dca, forward_error,
     joint_wrenches, residual,
 };
+use vertebra_spatial::Pose;
+
+/// Where the next rod is carried.
+fn tip() -> Pose {
+    Pose::from_translation(DVec3::new(0.0, 0.0, 1.0))
+}
 
 fn inputs(model: &Model, seed: u64) -> (State, Forces) {
     let mut forces = Forces::none(model);
@@ -146,30 +153,122 @@ fn uneven_masses() {
 #[test]
 fn links_without_mass() {
     let mut description = ModelDescription::new("crosses");
-    let rod = vertebra_assembly::MassProperties::rod(1.0, 1.0, 0.05);
-    let tip = vertebra_spatial::Pose::from_translation(glam::DVec3::new(0.0, 0.0, 1.0));
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
     let mut parent: Option<String> = None;
     for index in 0..40 {
         let (cross, link) = (format!("cross-{index}"), format!("link-{index}"));
-        let start = if index == 0 {
-            vertebra_spatial::Pose::IDENTITY
-        } else {
-            tip
-        };
+        let start = if index == 0 { Pose::IDENTITY } else { tip() };
         description = description
             .body(
                 &cross,
                 parent.as_deref(),
-                Joint::revolute(glam::DVec3::X).at(start),
-                vertebra_assembly::MassProperties::MASSLESS,
+                Joint::revolute(DVec3::X).at(start),
+                MassProperties::MASSLESS,
             )
-            .body(&link, Some(&cross), Joint::revolute(glam::DVec3::Y), rod);
+            .body(&link, Some(&cross), Joint::revolute(DVec3::Y), rod);
         parent = Some(link);
     }
     let model = description.build().unwrap();
     for window in [2, 8] {
         let error = error(&model, 3, &options(Precision::F64, Precision::F64, window));
         assert!(error <= 1e3 * f64::EPSILON, "window {window}: {error:e}");
+    }
+}
+
+/// A heavy body at the end of joints that all move the same way: their compliance has one direction,
+/// or three in a plane, however many they are, and nothing heavy may be joined to it as a leaf.
+#[test]
+fn many_freedoms_in_few_directions() {
+    let slide = Joint::prismatic(DVec3::X);
+    let hinge = Joint::revolute(DVec3::X);
+    for (name, joint, decades) in [
+        ("gantry", slide, [4, 8, 12]),
+        // What the recursion keeps of the light links: 53 bits less those of the ratio.
+        ("planar", hinge, [2, 4, 8]),
+    ] {
+        for ratio in decades.map(|decades| 10_f64.powi(decades)) {
+            let mut description = ModelDescription::new(name);
+            for index in 0..60_usize {
+                let mass = if index == 59 { ratio } else { 1.0 };
+                let start = if index == 0 { Pose::IDENTITY } else { tip() };
+                let parent = index.checked_sub(1).map(|above| format!("link-{above}"));
+                description = description.body(
+                    format!("link-{index}"),
+                    parent.as_deref(),
+                    joint.clone().at(start),
+                    MassProperties::rod(mass, 1.0, 0.05),
+                );
+            }
+            let model = description.build().unwrap();
+            let (state, forces) = inputs(&model, 2);
+            let mut recursion = Workspace::new(&model, Precision::F64);
+            let qdd = aba(&model, &state, &forces, &mut recursion).unwrap();
+            let mut reference = Workspace::new(&model, Precision::Reference);
+            aba(&model, &state, &forces, &mut reference).unwrap();
+            let lost = forward_error(qdd, &reference).unwrap().max(f64::EPSILON);
+            let at = |window| error(&model, 2, &options(Precision::F64, Precision::F64, window));
+            let long = at(32);
+            assert!(long <= 1e3 * lost, "{name} {ratio:e}: {long:e} of {lost:e}");
+            // Short chunks invert a light half of what the heavy body stiffens: as many digits as the
+            // ratio has.
+            let short = at(8);
+            let bound = (1e3 * lost).max(16.0 * f64::EPSILON * ratio);
+            assert!(
+                short <= bound,
+                "{name} {ratio:e}: {short:e} in short chunks"
+            );
+        }
+    }
+}
+
+/// A hub without inertia to speak of, from which chains hang by joints about the hub's own axis: they
+/// leave it nothing, and what rounding of a tree in f32 leaves is not taken for an inertia.
+#[test]
+fn rounding_of_the_tree_is_no_inertia() {
+    let bare = MassProperties {
+        mass: 1e-9,
+        center: DVec3::ZERO,
+        inertia: DMat3::from_diagonal(DVec3::splat(1e-17)),
+    };
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
+    let mut description = ModelDescription::new("hub")
+        .body("frame", None, Joint::revolute(DVec3::Y), rod)
+        .body(
+            "hub",
+            Some("frame"),
+            Joint::revolute(DVec3::X).at(tip()),
+            bare,
+        );
+    let mut random = Random::new(4);
+    for chain in 0..3 {
+        let mut parent = "hub".to_owned();
+        for index in 0..60 {
+            let name = format!("rod-{chain}-{index}");
+            let (joint, start) = if index == 0 {
+                (Joint::revolute(DVec3::X), Pose::IDENTITY)
+            } else {
+                (Joint::revolute(random.direction()), tip())
+            };
+            description = description.body(&name, Some(&parent), joint.at(start), rod);
+            parent = name;
+        }
+    }
+    let model = description.build().unwrap();
+    let (state, forces) = inputs(&model, 5);
+    for window in [2, 8, 32] {
+        for tree in [Precision::F32, Precision::F64] {
+            let options = options(Precision::F64, tree, window);
+            let mut workspace = DcaWorkspace::new(&model, &options).unwrap();
+            let refused = dca(&model, &state, &forces, &mut workspace);
+            let expected = Err(Error::SingularJoint {
+                body: "hub".to_owned(),
+            });
+            assert_eq!(
+                refused.map(<[f64]>::len),
+                expected,
+                "window {window}, {tree}"
+            );
+        }
     }
 }
 

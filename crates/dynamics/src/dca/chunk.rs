@@ -5,7 +5,7 @@ use super::join::{Joined, Node, Seam, join_across};
 use super::place::{Placed, Places};
 use super::plan::{ChunkPlan, Extent, Inboard, Outboard, Plan};
 use super::rake::Rake;
-use super::split::Divide;
+use super::split::{Divide, Fault};
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{ArticulatedInertia, Force, Mat6, Motion, Real, SmallCholesky};
 
@@ -151,9 +151,11 @@ impl<'a, T: Real> Given<'a, T> {
     fn body(&self, slot: usize, share: f64, rakes: impl Iterator<Item = Rake<T>>) -> Rake<T> {
         let share = T::from_f64(share);
         let placed = &self.places.bodies[slot];
+        let inertia = ArticulatedInertia::from(placed.inertia.map(|x| x * share));
         let mut sum = Rake {
-            inertia: placed.inertia.map(|x| x * share).into(),
+            inertia,
             bias: placed.external * -share,
+            carried: [inertia.angular.trace(), inertia.linear.trace()],
         };
         for rake in rakes {
             sum.add(&rake, share);
@@ -164,13 +166,12 @@ impl<'a, T: Real> Given<'a, T> {
 
 /// Assembles a chunk; `rakes` gives what is raked onto a slot's body, about its handle point.
 ///
-/// Fails with the slot whose joint moves no inertia, or whose body cannot be inverted.
 pub(super) fn assemble<T: Real, L: Real, R: Iterator<Item = Rake<T>>>(
     given: &Given<'_, T>,
     chunk: usize,
     own: Own<'_, T, L>,
     rakes: impl Fn(usize) -> R,
-) -> Result<(), usize> {
+) -> Result<(), Fault> {
     let plan = given.plan;
     let ChunkPlan {
         inboard,
@@ -196,13 +197,14 @@ pub(super) fn assemble<T: Real, L: Real, R: Iterator<Item = Rake<T>>>(
         let placed = &places[slot];
         let share = if slot == last { last_share } else { 1.0 };
         let body = given.body(slot, share, rakes(slot));
-        part.add(&body.inertia, body.bias);
+        part.add(&body);
         if plan.at_center[slot] {
             part.move_handle(placed.arm, placed.centripetal(placed.arm));
         }
         let dofs = plan.dofs_of(slot);
         let freedoms = &mut own.freedoms[dofs.start - first_dof..dofs.end - first_dof];
-        part.let_go(&given.joint(slot), freedoms).ok_or(slot)?;
+        part.let_go(&given.joint(slot), freedoms)
+            .ok_or(Fault::Singular(slot))?;
         if inner || slot > first {
             part.shift(placed.offset);
         }
@@ -217,8 +219,9 @@ pub(super) fn assemble<T: Real, L: Real, R: Iterator<Item = Rake<T>>>(
     };
     if let Inboard::Cut(cut) = inboard {
         let body = given.body(cut, 0.5, rakes(cut));
-        part.add(&body.inertia, body.bias);
-        let inverse = Inverse::new(&part.inertia, &part.tip, part.bias).ok_or(cut)?;
+        part.add(&body);
+        let inverse =
+            Inverse::new(&part.inertia, &part.tip, part.bias).ok_or(Fault::Unjoined(cut))?;
         node.invert(&inverse);
         if let Some(kept) = own.inner.first_mut() {
             *kept = inverse;
@@ -228,15 +231,17 @@ pub(super) fn assemble<T: Real, L: Real, R: Iterator<Item = Rake<T>>>(
         let placed = &places[last];
         let body = given.body(last, last_share, rakes(last));
         let to_joint = Mat6::IDENTITY.shifted_back(-placed.arm);
-        leaf.body = Inverse::new(&body.inertia, &to_joint, body.bias).ok_or(last)?;
+        leaf.body =
+            Inverse::new(&body.inertia, &to_joint, body.bias).ok_or(Fault::Unjoined(last))?;
         let joint = given.joint(last);
         leaf.seam = Seam::new(&joint, &placed.rotation);
         let beyond = Node::leaf(&leaf.body, placed.centripetal(-placed.arm));
-        (node, leaf.joined) =
-            join_across(!inner, &node, &beyond, &leaf.seam, joint.c).ok_or(last)?;
+        (node, leaf.joined) = join_across(!inner, &node, &beyond, &leaf.seam, joint.c)
+            .ok_or(Fault::Unjoined(last))?;
     }
     if let Some(kept) = own.rakes.first_mut() {
-        *kept = Rake::of_node(&node);
+        let head = &places[first];
+        *kept = Rake::of_node(&node, head, part.arriving(head.offset));
     }
     if let Some(kept) = own.nodes.first_mut() {
         *kept = node.cast();
@@ -281,14 +286,12 @@ pub(super) struct Ends<T> {
 }
 
 /// Solves a chunk for the accelerations of its bodies and joints.
-///
-/// Fails with the first slot whose acceleration is not finite.
 pub(super) fn solve<T: Real, L: Real>(
     given: &Given<'_, T>,
     chunk: usize,
     own: Own<'_, T, L>,
     ends: &Ends<T>,
-) -> Result<(), usize> {
+) -> Result<(), Fault> {
     let plan = given.plan;
     let slots = plan.slots_of(chunk);
     let (first, last) = (slots.start, slots.end - 1);
@@ -328,5 +331,5 @@ pub(super) fn solve<T: Real, L: Real>(
         own.accelerations[slot - first] = a;
     }
     let finite = own.accelerations.iter().position(|a| !a.is_finite());
-    finite.map_or(Ok(()), |offset| Err(first + offset))
+    finite.map_or(Ok(()), |offset| Err(Fault::Overflow(first + offset)))
 }

@@ -11,6 +11,7 @@
 //! Joints of several freedoms take the columns of U L'^-1, S L'^-1 and s L'^-1 with D = LL', which
 //! makes D the identity.
 
+use super::rake::Rake;
 use crate::link::Kind;
 use core::ops::Range;
 use vertebra_spatial::matrix6::{add_scaled, dot};
@@ -94,12 +95,21 @@ impl<T: Real> Interior<T> {
         }
     }
 
-    /// Adds an inertia and a bias force at the handle.
-    pub(super) fn add(&mut self, inertia: &ArticulatedInertia<T>, bias: Force<T>) {
-        self.inertia += *inertia;
-        self.bias += bias;
-        self.carried[0] += inertia.angular.trace();
-        self.carried[1] += inertia.linear.trace();
+    /// Adds a body and its rakes at the handle.
+    pub(super) fn add(&mut self, body: &Rake<T>) {
+        self.inertia += body.inertia;
+        self.bias += body.bias;
+        self.carried[0] += body.carried[0];
+        self.carried[1] += body.carried[1];
+    }
+
+    /// Inertia [rotation, translation] before the last joint let go, about the point from which that
+    /// joint is at `r`.
+    pub(super) fn arriving(&self, r: Vec3<T>) -> [T; 2] {
+        [
+            self.arriving.shifted_angular_trace(r),
+            self.arriving.linear.trace(),
+        ]
     }
 
     /// Moves the handle to the point from which it lies at `r` on the same body, whose point at `r`
@@ -114,10 +124,7 @@ impl<T: Real> Interior<T> {
     /// Takes the joint passed through last to have been at `r` from the handle of the body before:
     /// from here on that is the handle. What the joint adds to accelerations is worked in.
     pub(super) fn shift(&mut self, r: Vec3<T>) {
-        self.carried = [
-            self.arriving.shifted_angular_trace(r),
-            self.arriving.linear.trace(),
-        ];
+        self.carried = self.arriving(r);
         self.refer(r);
     }
 

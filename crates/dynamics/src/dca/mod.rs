@@ -13,6 +13,7 @@
 mod chunk;
 mod interior;
 mod join;
+mod leaf;
 mod place;
 mod plan;
 mod rake;
@@ -25,7 +26,8 @@ pub(crate) use split::PARALLEL_BODIES;
 use crate::link::Scales;
 use crate::workspace::{require, same_model};
 use crate::{BodyForce, Error, Forces, Precision, Residual, Solved, finite_results};
-use tree::{Failure, Tree};
+use split::Fault;
+use tree::Tree;
 use vertebra_assembly::schedule::{Schedule, ScheduleOptions};
 use vertebra_assembly::{BodyId, Model, State};
 use vertebra_spatial::{DoubleDouble, Real};
@@ -104,7 +106,7 @@ impl DcaWorkspace {
     /// [`Error::Model`] for a window of zero or above the longest chunk; [`Error::TreePrecision`].
     pub fn new(model: &Model, options: &DcaOptions) -> Result<Self, Error> {
         check_precisions(options.chunks, options.tree)?;
-        let weights = plan::weights(model, options.chunks.epsilon());
+        let weights = plan::weights(model, options.tree.epsilon());
         let bodies = model.bodies();
         let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
         let schedule = Schedule::of_tree(&parents, &weights, &options.schedule)?;
@@ -259,28 +261,23 @@ pub fn dca<'w>(
         options,
         ..
     } = workspace;
-    let solved = in_tree!(trees, tree => {
+    in_tree!(trees, tree => {
         let solved = tree.solve(model, state, forces, scales, options.parallel);
-        if solved.is_ok() {
-            tree.read_accelerations(qdd, &scales.acceleration);
-        }
-        solved
+        let name = |slot: usize| model.bodies()[tree.plan.bodies[slot] as usize].name.clone();
+        solved.map_err(|fault| match fault {
+                Fault::Singular(slot) => Error::SingularJoint { body: name(slot) },
+                Fault::Unjoined(slot) => Error::Unjoined {
+                    body: name(slot),
+                    precision: options.tree,
+                },
+                Fault::Overflow(slot) => Error::Overflow {
+                    quantity: "acceleration",
+                    body: name(slot),
+                    time: state.time,
+                },
+            })?;
+        tree.read_accelerations(qdd, &scales.acceleration);
     });
-    solved.map_err(|failure| {
-        let name = |body: usize| model.bodies()[body].name.clone();
-        match failure {
-            Failure::Singular(body) => Error::SingularJoint { body: name(body) },
-            Failure::Unjoined(body) => Error::Unjoined {
-                body: name(body),
-                precision: options.tree,
-            },
-            Failure::Overflow(body) => Error::Overflow {
-                quantity: "acceleration",
-                body: name(body),
-                time: state.time,
-            },
-        }
-    })?;
     finite_results(model, "joint acceleration", &workspace.qdd, state.time)?;
     workspace.computed = true;
     Ok(&workspace.qdd)

@@ -5,8 +5,9 @@
 //! **handle point**: its joint's origin, or its centre of mass where it is cut or a leaf. The
 //! constants of the joints beyond are shifted accordingly once and for all.
 
+use super::leaf::outboard;
 use crate::link::{BodyFrame, Link};
-use vertebra_assembly::schedule::{Chunk, Node, NodeId, Schedule};
+use vertebra_assembly::schedule::{Node, NodeId, Schedule};
 use vertebra_assembly::{Body, Model};
 use vertebra_spatial::{Real, SmallCholesky, Sym3};
 
@@ -22,10 +23,6 @@ pub(super) enum Outboard {
     /// of them would lose these.
     Leaf,
 }
-
-/// A body this many times as heavy as those inboard of it is a leaf of its own: a recursion that
-/// starts from it would lose about as many digits of theirs as this has.
-const LEAF_RATIO: f64 = 16.0;
 
 /// Where the arrays of a chunk start.
 #[derive(Clone, Copy, Debug, Default)]
@@ -243,9 +240,6 @@ impl<T: Real> Plan<T> {
     }
 
     fn place_chunks(&mut self, model: &Model, weights: &[f64]) {
-        let freedoms: Vec<_> = (model.bodies().iter())
-            .map(|body| body.joint.kind.dof_count())
-            .collect();
         let schedule = &self.schedule;
         let order = schedule.order();
         let mut carriers = vec![None; order.len()];
@@ -260,7 +254,7 @@ impl<T: Real> Plan<T> {
                 (None, None) => Inboard::World,
             };
             at += chunk.joints().len();
-            let outboard = outboard(schedule, chunk, weights, &freedoms);
+            let outboard = outboard(model, schedule, chunk, weights);
             self.at_center[at - 1] = outboard != Outboard::Free;
             self.chunks.push(ChunkPlan {
                 inboard,
@@ -397,41 +391,4 @@ impl<T: Real> Plan<T> {
 )]
 const fn small(index: usize) -> u32 {
     index as u32
-}
-
-/// Whether a chunk's last body is a leaf.
-///
-/// The recursion takes the inertia of a heavy body inboard, where each joint lets some of it go, all
-/// of it after six freedoms: from there on it is rounding that the light bodies have to stand out
-/// against. The compliance of the light bodies, to which a leaf is joined, is regular only where
-/// they have as many freedoms, and the leaf's own small one drowns in its rounding otherwise.
-fn outboard(schedule: &Schedule, chunk: &Chunk, weights: &[f64], freedoms: &[usize]) -> Outboard {
-    let start = if chunk.tail {
-        Outboard::Free
-    } else {
-        Outboard::Half
-    };
-    let bodies = &schedule.order()[chunk.joints()];
-    let Some((last, light)) = bodies.split_last() else {
-        return start;
-    };
-    let (mut heaviest, mut count) = (0.0_f64, freedoms[last.index()]);
-    for body in light.iter().rev() {
-        let weight = weights[body.index()];
-        // Bodies without inertia of their own leave joints beyond without any, unless the recursion
-        // brings that of the heavy body along.
-        if weight == 0.0 {
-            return start;
-        }
-        heaviest = heaviest.max(weight);
-        count += freedoms[body.index()];
-        if count >= 6 {
-            break;
-        }
-    }
-    if count >= 6 && weights[last.index()] >= LEAF_RATIO * heaviest {
-        Outboard::Leaf
-    } else {
-        start
-    }
 }

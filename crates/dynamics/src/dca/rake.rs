@@ -5,11 +5,13 @@ use super::join::Node;
 use super::place::Placed;
 use vertebra_spatial::{ArticulatedInertia, Force, Mat6, Real};
 
-/// Ia and pa.
+/// Ia and pa about the handle point of the body that carries the path.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rake<T> {
     pub(super) inertia: ArticulatedInertia<T>,
     pub(super) bias: Force<T>,
+    /// Inertia [rotation, translation] whose rounding this may be: before the path's joint let go of it.
+    pub(super) carried: [T; 2],
 }
 
 impl<T: Real> Rake<T> {
@@ -17,22 +19,25 @@ impl<T: Real> Rake<T> {
     pub(super) fn add(&mut self, other: &Self, share: T) {
         self.inertia += other.inertia.scaled(share);
         self.bias += other.bias * share;
-    }
-
-    /// A whole path, about its first joint's origin, in another precision if need be.
-    pub(super) fn of_node<L: Real>(node: &Node<L>) -> Self {
-        let inertia: Mat6<T> = node.phi11.map(L::cast);
-        Self {
-            inertia: inertia.to_inertia(),
-            bias: Force::from_array(node.b1.map(L::cast)),
+        for (sum, carried) in self.carried.iter_mut().zip(other.carried) {
+            *sum += carried * share;
         }
     }
 
-    /// The same about the handle point of the body that carries the path with this first body.
-    pub(super) fn carried(&self, head: &Placed<T>) -> Self {
+    /// A whole path with this first body, of which `carried` was had before its joint let go, and which
+    /// was put together in the precision `L`.
+    pub(super) fn of_node<L: Real>(node: &Node<L>, head: &Placed<T>, carried: [T; 2]) -> Self {
+        let inertia: Mat6<T> = node.phi11.map(L::cast);
+        let inertia = inertia.to_inertia().shifted_back(head.offset);
+        // Rounding in that precision, as multiples of rounding in this one.
+        let coarser = L::EPSILON.cast::<T>() * (T::ONE / T::EPSILON);
         Self {
-            inertia: self.inertia.shifted_back(head.offset),
-            bias: self.bias.shifted_back(head.offset),
+            inertia,
+            bias: Force::from_array(node.b1.map(L::cast)).shifted_back(head.offset),
+            carried: [
+                carried[0] + inertia.angular.trace() * coarser,
+                carried[1] + inertia.linear.trace() * coarser,
+            ],
         }
     }
 }

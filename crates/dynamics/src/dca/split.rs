@@ -24,14 +24,33 @@ impl Outcome for () {
     fn and(self, (): Self) -> Self {}
 }
 
-/// A failure is the index of the slot concerned; of several the smallest is reported.
-impl Outcome for Result<(), usize> {
+/// What can go wrong, and the slot concerned.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Fault {
+    /// A joint moves no inertia.
+    Singular(usize),
+    /// A body cannot be cut, or its halves cannot be joined, in the precision at hand.
+    Unjoined(usize),
+    /// An acceleration is not finite.
+    Overflow(usize),
+}
+
+impl Fault {
+    const fn slot(self) -> usize {
+        match self {
+            Self::Singular(slot) | Self::Unjoined(slot) | Self::Overflow(slot) => slot,
+        }
+    }
+}
+
+/// Of several faults the one of the first slot is reported.
+impl Outcome for Result<(), Fault> {
     const DONE: Self = Ok(());
 
     fn and(self, other: Self) -> Self {
         match (self, other) {
-            (Err(a), Err(b)) => Err(a.min(b)),
-            (Err(slot), Ok(())) | (Ok(()), Err(slot)) => Err(slot),
+            (Err(a), Err(b)) => Err(if b.slot() < a.slot() { b } else { a }),
+            (Err(fault), Ok(())) | (Ok(()), Err(fault)) => Err(fault),
             (Ok(()), Ok(())) => Ok(()),
         }
     }

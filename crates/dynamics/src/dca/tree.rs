@@ -7,7 +7,7 @@ use super::join::{Joined, Node, join};
 use super::place::{self, Places};
 use super::plan::{Extent, Head, JoinPlan, Part, Plan, Raked};
 use super::rake::Rake;
-use super::split::{Divide, PARALLEL_BODIES, divide, for_each};
+use super::split::{Divide, Fault, PARALLEL_BODIES, divide, for_each};
 use crate::Forces;
 use crate::link::Scales;
 use vertebra_assembly::schedule::Schedule;
@@ -46,16 +46,6 @@ pub(super) struct Tree<T, L> {
     rakes: Vec<Rake<T>>,
     sums: Vec<Rake<T>>,
     joins: Vec<JoinState<L>>,
-}
-
-/// Why a tree could not be solved, and the body concerned.
-pub(super) enum Failure {
-    /// A joint moves no inertia, or a body has none that can be inverted.
-    Singular(usize),
-    /// The halves of a cut body cannot be joined in the precision of the tree.
-    Unjoined(usize),
-    /// An acceleration is not finite.
-    Overflow(usize),
 }
 
 impl<T: Real, L: Real> Tree<T, L> {
@@ -103,7 +93,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         forces: &Forces,
         scales: &Scales,
         threads: bool,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Fault> {
         let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
         let given = place::Given {
             q: &state.q,
@@ -150,7 +140,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         tau: &[f64],
         force_scales: &[f64],
         parallel: bool,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Fault> {
         let range = self.plan.schedule.chunks_in(round);
         let start = &self.plan.extents[range.start];
         let whole = Own {
@@ -179,11 +169,10 @@ impl<T: Real, L: Real> Tree<T, L> {
         divide(parallel, &self.plan.extents, range, own, &|index, own| {
             chunk::assemble(&given, index, own, |slot| rakes.onto(slot))
         })
-        .map_err(|slot| Failure::Singular(self.plan.bodies[slot] as usize))
     }
 
     /// Up: the joins of a round.
-    fn join(&mut self, round: usize, parallel: bool) -> Result<(), Failure> {
+    fn join(&mut self, round: usize, parallel: bool) -> Result<(), Fault> {
         let plan = &self.plan;
         let range = plan.schedule.joins_in(round);
         let (before, own) = self.joins.split_at_mut(range.start);
@@ -201,10 +190,9 @@ impl<T: Real, L: Real> Tree<T, L> {
                 ..
             } = plan.joins[index];
             let joined = join(head.is_some(), node(inboard), node(outboard));
-            (state.node, state.joined) = joined.ok_or(cut)?;
+            (state.node, state.joined) = joined.ok_or(Fault::Unjoined(cut))?;
             Ok(())
         })
-        .map_err(|slot: usize| Failure::Unjoined(plan.bodies[slot] as usize))
     }
 
     /// Down: the forces in the joins of a round.
@@ -234,7 +222,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         tau: &[f64],
         force_scales: &[f64],
         parallel: bool,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Fault> {
         let plan = &self.plan;
         let range = plan.schedule.chunks_in(round);
         let (start, end) = (plan.extents[range.start], plan.extents[range.end]);
@@ -272,7 +260,6 @@ impl<T: Real, L: Real> Tree<T, L> {
             };
             chunk::solve(&given, index, own, &ends)
         })
-        .map_err(|slot| Failure::Overflow(plan.bodies[slot] as usize))
     }
 }
 
@@ -327,9 +314,10 @@ struct Rakes<'a, T, L> {
 impl<T: Real, L: Real> Rakes<'_, T, L> {
     fn rake(&self, raked: Raked) -> Rake<T> {
         match raked {
-            Raked::Chunk { rake, head } => self.chunks[rake].carried(&self.places.bodies[head]),
+            Raked::Chunk { rake, .. } => self.chunks[rake],
             Raked::Join { join, head } => {
-                Rake::of_node(&self.joins[join].node).carried(&self.places.bodies[head])
+                let head = &self.places.bodies[head];
+                Rake::of_node(&self.joins[join].node, head, [T::ZERO; 2])
             }
             Raked::Sum(sum) => self.sums[sum],
         }
