@@ -8,7 +8,7 @@ use crate::measure::Budget;
 use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
-use crate::scenario::{Measurement, Meter, chain, meshes, model};
+use crate::scenario::{Measurement, Meter, chain, chunks, meshes, model};
 use crate::table::to_table;
 use anyhow::Context;
 use std::path::Path;
@@ -50,6 +50,11 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
         None => None,
     };
     let models = models(arguments)?;
+    let lengths = if arguments.wants(chunks::NAME) {
+        Some(chunks::Subject::new(arguments.seed)?)
+    } else {
+        None
+    };
     let meshes = mesh_pairs(arguments)?;
     let outputs = [
         Some(arguments.out.join(RESULTS_JSON)),
@@ -76,6 +81,9 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     }
     let mut list: Vec<Measurement<'_>> = Vec::new();
     for subject in &models {
+        list.extend(subject.measurements(&selection));
+    }
+    if let Some(subject) = &lengths {
         list.extend(subject.measurements(&selection));
     }
     for subject in &meshes {

@@ -3,6 +3,7 @@
 //! A scenario is a list of [`Measurement`]s, each of which becomes one row.
 
 pub mod chain;
+pub mod chunks;
 pub mod meshes;
 pub mod model;
 pub mod published;
