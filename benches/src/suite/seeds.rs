@@ -78,8 +78,8 @@ struct Bounds {
 impl Bounds {
     /// Rounding errors add up along a path like a random walk, and the pattern costs the digits of
     /// [`lost`]: sqrt(n) eps lost, times a small constant for the median and sixteen times that for
-    /// the largest. With an f32 tree over f64 chunks the joins alone lose f32's digits: 1e-6 and
-    /// 5e-5 whatever the number of bodies, and of what the pattern costs about the root.
+    /// the largest. With an f32 tree over f64 chunks the joins alone lose f32's digits, 1e-6 and
+    /// 5e-5 at these sizes, and of what the pattern costs about the root.
     ///
     /// None where not one digit is promised.
     fn of(case: &Case, entry: &Entry) -> Option<Self> {
