@@ -22,6 +22,8 @@ pub enum Command {
     /// Measure scenarios, or your own files, and write tables and plots.
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(Box<BenchArgs>),
+    /// Measure the error of forward dynamics over many seeds, on masses that tell algorithms apart.
+    Accuracy(AccuracyArgs),
     /// Judge one run against another, row by row.
     Compare(CompareArgs),
     /// Write tables and plots again from a results.json.
@@ -72,20 +74,20 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `batch`, `collision`, `collision-error`, `collision-scaling`,
+    /// Scenarios to measure: `dynamics`, `chunks`, `batch`, `collision`, `collision-error`, `collision-scaling`,
     /// `gpu`. All by default, `gpu` where there is a real one; none of them when you name files of
     /// your own.
-    #[arg(value_parser = ["dynamics", "batch", "collision", "collision-error", "collision-scaling", "gpu"])]
+    #[arg(value_parser = ["dynamics", "chunks", "batch", "collision", "collision-error", "collision-scaling", "gpu"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
     pub quick: bool,
-    /// Methods: aba, crba, rnea, step; exact, moller, moller0, separating-axes, build, or one
+    /// Methods: aba, crba, dca, rnea, step; exact, moller, moller0, separating-axes, build, or one
     /// question such as exact-any; copy, reduce, scan, compact, histogram, sort, dispatch on a GPU,
     /// and shapes of the sort.
     #[arg(long, value_delimiter = ',', value_parser = METHODS)]
     pub method: Vec<String>,
-    /// Precisions.
+    /// Precisions; that of divide and conquer is its joins'.
     #[arg(long, value_delimiter = ',', value_enum)]
     pub precision: Vec<PrecisionArg>,
     /// Backends. The scenario `gpu` has the rows of the other.
@@ -136,6 +138,25 @@ pub struct BenchArgs {
     /// With --compare: fail when a row got slower or less accurate.
     #[arg(long, requires = "compare")]
     pub fail_on_regression: bool,
+}
+
+/// Options of `accuracy`.
+#[derive(Args, Debug)]
+pub struct AccuracyArgs {
+    /// Cases to measure, by a part of their names, such as `chain` or `decades`; all by default.
+    pub cases: Vec<String>,
+    /// Leave out the sizes that take long.
+    #[arg(long)]
+    pub quick: bool,
+    /// Numbers of bodies; 32, 128, 512, 2048 and 4096 by default.
+    #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
+    pub sizes: Vec<u32>,
+    /// Seeds of each case and size.
+    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
+    pub seeds: u32,
+    /// Folder for accuracy.json, accuracy.csv and accuracy.md.
+    #[arg(long, default_value = "target/accuracy", value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 /// Options of `compare`.
@@ -227,10 +248,11 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 26] = [
+const METHODS: [&str; 27] = [
     "aba",
     "build",
     "crba",
+    "dca",
     "rnea",
     "step",
     "exact",
@@ -280,6 +302,18 @@ impl BenchArgs {
     }
 }
 
+impl AccuracyArgs {
+    /// The sizes asked for.
+    #[must_use]
+    pub fn sizes(&self) -> Vec<usize> {
+        match (self.sizes.is_empty(), self.quick) {
+            (false, _) => to_sizes(&self.sizes),
+            (true, true) => vec![32, 128, 512],
+            (true, false) => vec![32, 128, 512, 2048, 4096],
+        }
+    }
+}
+
 impl ExportArgs {
     /// The inputs that `bench` would measure.
     #[must_use]
@@ -290,7 +324,8 @@ impl ExportArgs {
             sizes: to_sizes(&self.sizes),
             threads: Vec::new(),
             seed: self.seed,
-            quick: false,
+            // The largest chains make files of gigabytes.
+            quick: true,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `results.csv`: the fields of `results.json`, a line a row.
 
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::row::Row;
@@ -38,11 +39,22 @@ pub const COLUMNS: [&str; 24] = [
 /// # Errors
 /// When a row cannot be serialised, which no row made of text and numbers does.
 pub fn to_csv(rows: &[Row]) -> Result<String, serde_json::Error> {
-    let mut text = COLUMNS.join(",");
+    lines(&COLUMNS, rows)
+}
+
+/// Flat records as CSV: these fields of each.
+///
+/// # Errors
+/// When a record cannot be serialised.
+pub(crate) fn lines<T: Serialize>(
+    columns: &[&str],
+    records: &[T],
+) -> Result<String, serde_json::Error> {
+    let mut text = columns.join(",");
     text.push('\n');
-    for row in rows {
-        let fields = serde_json::to_value(row)?;
-        let cells: Vec<String> = COLUMNS
+    for record in records {
+        let fields = serde_json::to_value(record)?;
+        let cells: Vec<String> = columns
             .iter()
             .map(|column| cell(&fields[*column]))
             .collect();

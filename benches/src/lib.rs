@@ -9,6 +9,7 @@
     reason = "a command-line program talks on stdout"
 )]
 
+pub mod accuracy;
 pub mod cli;
 pub mod compare;
 pub mod csv;

@@ -1,9 +1,11 @@
-//! Plots of a run, as SVG and PNG: time against size, time by scenario, and speed against error.
+//! Plots of a run, as SVG and PNG: time and error against size, time by scenario, and speed against
+//! error.
 //!
 //! A plot is first laid out as a list of shapes (`figure`), then drawn by plotters to either
 //! format, so that both show the same picture and the layout can be tested without looking at
 //! pixels. The font is compiled in.
 
+mod against_size;
 mod axis;
 mod by_scenario;
 mod figure;
@@ -12,7 +14,6 @@ mod labels;
 mod paint;
 mod series;
 mod speed_error;
-mod time_size;
 mod zero_strip;
 
 use std::collections::BTreeSet;
@@ -91,8 +92,8 @@ impl Plot {
 
 /// The plots that these rows call for.
 ///
-/// A scenario measured at several sizes gets a plot of time against size and one of speed against
-/// error. The scenarios of one size are put together, those of each unit of size in one plot of
+/// A scenario measured at several sizes gets plots of time and of forward error against size, and
+/// one of speed against error. The scenarios of one size are put together, those of each unit of size in one plot of
 /// time by scenario and one of speed against error.
 #[must_use]
 pub fn plots(rows: &[Row]) -> Vec<Plot> {
@@ -119,13 +120,16 @@ pub fn plots(rows: &[Row]) -> Vec<Plot> {
             add(
                 format!("time-{name}"),
                 Some(scenario),
-                time_size::figure(scenario, &rows),
+                against_size::time(scenario, &rows),
             );
             add(
                 format!("error-{name}"),
                 Some(scenario),
                 speed_error::figure(Some(scenario), &rows),
             );
+            if let Some(figure) = against_size::forward_error(scenario, &rows) {
+                add(format!("error-size-{name}"), Some(scenario), figure);
+            }
         } else {
             match single.iter_mut().find(|(other, _)| *other == unit) {
                 Some((_, pool)) => pool.extend(rows),

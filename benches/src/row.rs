@@ -19,8 +19,8 @@ pub struct Row {
     pub scenario: String,
     /// Name of the algorithm that was timed.
     pub method: String,
-    /// Floating-point type of the computation: `"f32"`, `"f64"`, or `"-"` where neither describes
-    /// it.
+    /// Floating-point type of the computation: `"f32"`, `"f64"`, `"f64/f32"` where an assembly tree
+    /// has chunks in one and joins in the other, or `"-"` where none describes it.
     pub precision: String,
     /// Kind of device that computed, `"cpu"`.
     pub backend: String,

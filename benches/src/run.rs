@@ -9,7 +9,7 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, chain, error_table, gpu, meshes, model, scaling,
+    Measurement, Meter, Selection, batch, chain, chunks, error_table, gpu, meshes, model, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -135,6 +135,7 @@ fn write_further(arguments: &BenchArgs, subjects: &Subjects, interrupt: &Interru
 /// Everything that is measured.
 struct Subjects {
     models: Vec<model::Subject>,
+    lengths: Option<chunks::Subject>,
     batches: Vec<batch::Subject>,
     meshes: Vec<meshes::Subject>,
     error_lists: Vec<error_table::Subject>,
@@ -148,6 +149,11 @@ impl Subjects {
         let selection = arguments.selection();
         Ok(Self {
             models: models(arguments)?,
+            lengths: if arguments.wants(chunks::NAME) {
+                Some(chunks::Subject::new(arguments.seed)?)
+            } else {
+                None
+            },
             batches: if arguments.wants(batch::NAME) {
                 batch::subjects(&selection)?
             } else {
@@ -175,6 +181,9 @@ impl Subjects {
     fn measurements(&self, selection: &Selection) -> Vec<Measurement<'_>> {
         let mut list = Vec::new();
         for subject in &self.models {
+            list.extend(subject.measurements(selection));
+        }
+        if let Some(subject) = &self.lengths {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.batches {

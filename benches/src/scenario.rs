@@ -5,6 +5,7 @@
 
 pub mod batch;
 pub mod chain;
+pub mod chunks;
 pub mod error_inputs;
 pub mod error_table;
 pub mod gpu;

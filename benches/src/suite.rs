@@ -9,6 +9,7 @@ pub mod gold_chains;
 pub mod gold_meshes;
 pub mod gold_robots;
 pub mod gpu;
+pub mod seeds;
 pub mod solver;
 pub mod trees;
 
@@ -92,6 +93,7 @@ pub const DYNAMICS: &[DynamicsCheck] = &[
 pub const OTHERS: &[(&str, Check)] = &[
     ("robot_quantities", gold_robots::quantities),
     ("aba_against_crba", trees::aba_against_crba),
+    ("forward_errors", seeds::forward_errors),
     ("mesh_pairs", gold_meshes::pairs),
 ];
 

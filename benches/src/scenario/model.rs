@@ -2,14 +2,29 @@
 
 use super::{Measurement, Meter, Selection};
 use crate::row::Row;
-use crate::suite::worst_of;
+use crate::suite::{relative_error, worst_of};
+use std::sync::OnceLock;
 use vertebra::{
-    Forces, Model, Precision, Random, Simulation, State, Workspace, Wrench, aba,
-    crba_forward_dynamics, forward_error, joint_wrenches, residual, rnea,
+    DcaOptions, DcaWorkspace, Forces, Model, Precision, Random, Simulation, State, Workspace,
+    Wrench, aba, crba_forward_dynamics, dca, joint_wrenches, residual, rnea,
 };
 
-/// Random inputs a row is measured on, in turn; its error is the largest over them.
-const CASES: usize = 10;
+/// Random inputs a row is measured on, in turn; its error is the largest over them. The reference
+/// takes twenty times as long as f64, so there are fewer for the largest models.
+const fn cases(bodies: usize) -> usize {
+    match bodies {
+        0..=8192 => 10,
+        8193..=65_536 => 3,
+        _ => 1,
+    }
+}
+
+/// What a row says that has fewer inputs than others.
+const FEWER_CASES: &str = "errors are the largest over 10 random inputs, over 3 beyond 8192 bodies, and of one beyond \
+     65 536";
+
+/// Bodies from which divide and conquer has work for several threads.
+const PARALLEL_BODIES: usize = 2048;
 
 /// Largest number of freedoms for which a dense factorisation is measured: it takes n^3.
 const DENSE_LIMIT: usize = 512;
@@ -28,6 +43,8 @@ pub struct Subject {
     pub inputs: Vec<(State, Forces)>,
     /// Published time of a step \[s\].
     pub published_step_s: Option<f64>,
+    /// Joint accelerations of each input in the reference precision, rounded to f64, once known.
+    reference: OnceLock<Vec<Vec<f64>>>,
 }
 
 impl Subject {
@@ -36,7 +53,7 @@ impl Subject {
     pub fn new(scenario: &str, model: Model, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let bodies: Vec<_> = model.body_ids().collect();
-        let inputs = (0..CASES as u64)
+        let inputs = (0..cases(bodies.len()) as u64)
             .map(|case| {
                 let state = State::random(&model, seed.wrapping_add(1 + case));
                 let mut forces = Forces::none(&model);
@@ -50,63 +67,86 @@ impl Subject {
             model,
             inputs,
             published_step_s: None,
+            reference: OnceLock::new(),
         }
     }
 
     /// The rows asked for.
     #[must_use]
     pub fn measurements<'a>(&'a self, selection: &Selection) -> Vec<Measurement<'a>> {
+        let bodies = self.model.bodies().len();
         let mut list = Vec::new();
-        let mut add = |method: &str, precision, run: Run| {
+        let mut add = |method: &str, detail: &str, run: Run<'a>| {
             if selection.wants(method) {
-                let label = format!(
-                    "{} {} bodies: {method} {precision}",
-                    self.scenario,
-                    self.model.bodies().len()
-                );
-                list.push(Measurement::new(label, move |meter| {
-                    run(self, meter, precision)
-                }));
+                let label = format!("{} {bodies} bodies: {method} {detail}", self.scenario);
+                list.push(Measurement::new(label, run));
             }
         };
         for precision in selection.precisions() {
-            add("aba", precision, Self::aba);
-            add("rnea", precision, Self::rnea);
-            add("step", precision, Self::step);
+            let detail = precision.to_string();
+            add("aba", &detail, Box::new(move |m| self.aba(m, precision)));
+            add("rnea", &detail, Box::new(move |m| self.rnea(m, precision)));
+            add("step", &detail, Box::new(move |m| self.step(m, precision)));
             let dense_limit = if selection.quick {
                 DENSE_LIMIT / 2
             } else {
                 DENSE_LIMIT
             };
             if precision == Precision::F64 && self.model.dof_count() <= dense_limit {
-                add("crba", precision, Self::crba);
+                add("crba", &detail, Box::new(move |m| self.crba(m, precision)));
+            }
+            for options in trees(precision) {
+                for threads in selection.threads() {
+                    if threads > 1 && bodies < PARALLEL_BODIES {
+                        continue;
+                    }
+                    let detail = format!("{} on {threads}", precision_name(&options));
+                    let run = move |m: &Meter| self.dca(m, &options, threads);
+                    add("dca", &detail, Box::new(run));
+                }
             }
         }
         list
     }
 
-    fn row(&self, method: &str, precision: Precision, timing: &crate::measure::Timing) -> Row {
-        let size = self.model.bodies().len() as u64;
-        Row::new(
-            &self.scenario,
-            method,
-            &precision.to_string(),
-            size,
-            "bodies",
-            timing,
-        )
+    fn row(&self, method: &str, precision: &str, timing: &crate::measure::Timing) -> Row {
+        let bodies = self.model.bodies().len();
+        let few = cases(bodies) < cases(0);
+        Row {
+            note: if few { FEWER_CASES } else { "" }.to_owned(),
+            ..Row::new(
+                &self.scenario,
+                method,
+                precision,
+                bodies as u64,
+                "bodies",
+                timing,
+            )
+        }
+    }
+
+    /// The joint accelerations of each input in the reference precision, rounded to f64; computed
+    /// once, as it takes longer than most rows.
+    fn reference(&self) -> Result<&[Vec<f64>], vertebra::Error> {
+        if let Some(reference) = self.reference.get() {
+            return Ok(reference);
+        }
+        let mut exact = Workspace::new(&self.model, Precision::Reference);
+        let solve = |(state, forces): &(State, Forces)| {
+            aba(&self.model, state, forces, &mut exact).map(<[f64]>::to_vec)
+        };
+        let solved = self.inputs.iter().map(solve).collect::<Result<_, _>>()?;
+        Ok(self.reference.get_or_init(|| solved))
     }
 
     /// Forward dynamics by the articulated-body algorithm. Errors: against the reference, and the
     /// residual of the bodies' own equations.
     fn aba(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
         let mut workspace = Workspace::new(&self.model, precision);
-        let mut exact = Workspace::new(&self.model, Precision::Reference);
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
-        for (state, forces) in &self.inputs {
-            aba(&self.model, state, forces, &mut exact)?;
+        for ((state, forces), exact) in self.inputs.iter().zip(self.reference()?) {
             let qdd = aba(&self.model, state, forces, &mut workspace)?;
-            forward = worst_of(forward, forward_error(qdd, &exact)?);
+            forward = worst_of(forward, relative_error(qdd, exact));
             joint_wrenches(&mut workspace)?;
             own = worst_of(
                 own,
@@ -123,19 +163,58 @@ impl Subject {
         Ok(timing.map(|timing| Row {
             error_forward: Some(forward),
             error_residual: Some(own),
-            ..self.row("aba", precision, &timing)
+            ..self.row("aba", &precision.to_string(), &timing)
         }))
+    }
+
+    /// Forward dynamics by divide and conquer over the assembly tree, in a pool of so many threads.
+    /// Errors: against the reference, and the residual of the bodies' own equations.
+    pub(super) fn dca(
+        &self,
+        meter: &Meter,
+        options: &DcaOptions,
+        threads: usize,
+    ) -> anyhow::Result<Option<Row>> {
+        let model = &self.model;
+        let reference = self.reference()?;
+        let options = DcaOptions {
+            parallel: threads > 1,
+            ..*options
+        };
+        let measure = || -> anyhow::Result<Option<Row>> {
+            let mut workspace = DcaWorkspace::new(model, &options)?;
+            let (mut forward, mut own) = (0.0_f64, 0.0_f64);
+            for ((state, forces), exact) in self.inputs.iter().zip(reference) {
+                let qdd = dca(model, state, forces, &mut workspace)?;
+                forward = worst_of(forward, relative_error(qdd, exact));
+                workspace.compute_joint_wrenches(forces)?;
+                own = worst_of(own, residual(model, state, forces, &workspace)?.by_body);
+            }
+            let mut inputs = self.inputs.iter().cycle();
+            let timing = meter.time(|| {
+                let Some((state, forces)) = inputs.next() else {
+                    return Ok(());
+                };
+                dca(model, state, forces, &mut workspace).map(|_| ())
+            })?;
+            Ok(timing.map(|timing| Row {
+                threads,
+                error_forward: Some(forward),
+                error_residual: Some(own),
+                ..self.row("dca", &precision_name(&options), &timing)
+            }))
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        pool.build()?.install(measure)
     }
 
     /// Forward dynamics through the mass matrix. Error: against the reference.
     fn crba(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
         let mut workspace = Workspace::new(&self.model, precision);
-        let mut exact = Workspace::new(&self.model, Precision::Reference);
         let mut forward = 0.0_f64;
-        for (state, forces) in &self.inputs {
+        for ((state, forces), exact) in self.inputs.iter().zip(self.reference()?) {
             let dense = crba_forward_dynamics(&self.model, state, forces, &mut workspace)?;
-            aba(&self.model, state, forces, &mut exact)?;
-            forward = worst_of(forward, forward_error(&dense, &exact)?);
+            forward = worst_of(forward, relative_error(&dense, exact));
         }
         let mut inputs = self.inputs.iter().cycle();
         let timing = meter.time(|| {
@@ -146,7 +225,7 @@ impl Subject {
         })?;
         Ok(timing.map(|timing| Row {
             error_forward: Some(forward),
-            ..self.row("crba", precision, &timing)
+            ..self.row("crba", &precision.to_string(), &timing)
         }))
     }
 
@@ -157,18 +236,16 @@ impl Subject {
         let mut exact = Workspace::new(&self.model, Precision::Reference);
         let still = vec![0.0; self.model.dof_count()];
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
-        let mut accelerations = Vec::new();
-        for (state, forces) in &self.inputs {
+        let accelerations = self.reference()?;
+        for ((state, forces), qdd) in self.inputs.iter().zip(accelerations) {
             let model = &self.model;
-            let qdd = aba(model, state, forces, &mut exact)?.to_vec();
             let bias = rnea(model, state, &still, forces, &mut exact)?.to_vec();
-            let reference = rnea(model, state, &qdd, forces, &mut exact)?;
-            let tau = rnea(model, state, &qdd, forces, &mut workspace)?;
+            let reference = rnea(model, state, qdd, forces, &mut exact)?;
+            let tau = rnea(model, state, qdd, forces, &mut workspace)?;
             forward = worst_of(forward, difference(tau, reference, &bias));
             own = worst_of(own, difference(tau, &forces.joint, &bias));
-            accelerations.push(qdd);
         }
-        let mut inputs = self.inputs.iter().zip(&accelerations).cycle();
+        let mut inputs = self.inputs.iter().zip(accelerations).cycle();
         let timing = meter.time(|| {
             let Some(((state, forces), qdd)) = inputs.next() else {
                 return Ok(());
@@ -178,7 +255,7 @@ impl Subject {
         Ok(timing.map(|timing| Row {
             error_forward: Some(forward),
             error_residual: Some(own),
-            ..self.row("rnea", precision, &timing)
+            ..self.row("rnea", &precision.to_string(), &timing)
         }))
     }
 
@@ -205,12 +282,12 @@ impl Subject {
         for (state, forces) in &self.inputs {
             simulations.push((self.simulation(precision, state, forces)?, state));
         }
-        let mut turn = 0;
+        let (mut turn, count) = (0, simulations.len());
         let timing = meter.time(|| {
-            let (simulation, start) = &mut simulations[turn % CASES];
+            let (simulation, start) = &mut simulations[turn % count];
             turn += 1;
             // Back to the start now and then: no scene is stepped far from its random state.
-            if turn % (64 * CASES) < CASES {
+            if turn % (64 * count) < count {
                 simulation.set_state(start.clone())?;
             }
             simulation.step(STEP)?;
@@ -220,7 +297,7 @@ impl Subject {
             error_forward: Some(forward),
             error_residual: Some(own),
             reference_time_s: self.published_step_s,
-            ..self.row("step", precision, &timing)
+            ..self.row("step", &precision.to_string(), &timing)
         }))
     }
 
@@ -241,7 +318,33 @@ impl Subject {
     }
 }
 
-type Run = fn(&Subject, &Meter, Precision) -> anyhow::Result<Option<Row>>;
+/// Measures a row; gives none when interrupted.
+type Run<'a> = Box<dyn FnOnce(&Meter) -> anyhow::Result<Option<Row>> + 'a>;
+
+/// The precisions of chunks and tree whose result has this precision: what they lose most is lost
+/// in the joins.
+pub(super) fn trees(precision: Precision) -> Vec<DcaOptions> {
+    let chunks: &[Precision] = match precision {
+        Precision::F32 => &[Precision::F32, Precision::F64],
+        Precision::F64 => &[Precision::F64],
+        Precision::Reference => &[Precision::Reference],
+    };
+    let options = |&chunks| DcaOptions {
+        chunks,
+        tree: precision,
+        ..DcaOptions::default()
+    };
+    chunks.iter().map(options).collect()
+}
+
+/// Name of the precisions of a tree: `f64`, or `f64/f32` for chunks in f64 and joins in f32.
+pub(super) fn precision_name(DcaOptions { chunks, tree, .. }: &DcaOptions) -> String {
+    if chunks == tree {
+        tree.to_string()
+    } else {
+        format!("{chunks}/{tree}")
+    }
+}
 
 /// Largest difference between two vectors of one length over the largest entry of both and of
 /// `terms`: zero when they are equal, also when everything is zero, and NaN when an entry is.

@@ -74,6 +74,8 @@ pub enum Masses {
     Equal,
     /// Bodies that carry no others are this many times as heavy.
     HeavyTips(f64),
+    /// The last body, which carries no other, is this many times as heavy.
+    HeavyLast(f64),
     /// The first body is this many times as heavy.
     HeavyBase(f64),
     /// Every other body is this many times as light.
@@ -85,9 +87,10 @@ pub enum Masses {
 }
 
 impl Masses {
-    fn of(&self, index: usize, is_tip: bool, random: &mut Random) -> f64 {
+    fn of(&self, index: usize, count: usize, is_tip: bool, random: &mut Random) -> f64 {
         match *self {
             Self::HeavyTips(ratio) if is_tip => ratio,
+            Self::HeavyLast(ratio) if index + 1 == count => ratio,
             Self::HeavyBase(ratio) if index == 0 => ratio,
             Self::Alternating(ratio) if index % 2 == 1 => 1.0 / ratio,
             Self::Decades(decades) => libm::exp10(0.5 * decades * random.symmetric()),
@@ -128,7 +131,7 @@ pub fn uneven_tree(
     grow("uneven-tree", count, rod, |index, placement| Grown {
         parent: parents[index],
         joint: Joint::revolute(random.direction()).at(placement),
-        mass: masses.of(index, is_tip[index], &mut random),
+        mass: masses.of(index, count, is_tip[index], &mut random),
     })
 }
 

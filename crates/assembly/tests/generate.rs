@@ -4,7 +4,7 @@ mod common;
 
 use common::{Digest, body_placements};
 use glam::DVec3;
-use vertebra_assembly::generate::{self, RandomTree, Rod};
+use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::{Joint, JointKind, Model, ModelError, Random, State};
 
 fn bush(count: usize) -> RandomTree {
@@ -271,6 +271,23 @@ fn bad_parameters_are_named() {
     assert!(empty(zero(|tree| tree.count = 0)));
     assert!(generate::helix(3, &rod, f64::NAN, 0.0).is_err());
     assert!(generate::helix(3, &rod, 0.0, f64::INFINITY).is_err());
+}
+
+/// Of a tree only the last body, whatever other tips there are.
+#[test]
+fn heavy_tips_and_the_last_one_alone() {
+    let heavy = |masses| {
+        let tree = generate::uneven_tree(40, 4, &Rod::default(), &masses, 5).unwrap();
+        let heavy = tree.bodies().iter().map(|body| body.mass.mass == 100.0);
+        heavy.collect::<Vec<_>>()
+    };
+    let (tips, last) = (
+        heavy(Masses::HeavyTips(100.0)),
+        heavy(Masses::HeavyLast(100.0)),
+    );
+    let count = |heavy: &[bool]| heavy.iter().filter(|heavy| **heavy).count();
+    assert!(count(&tips) > 3 && tips[39]);
+    assert!(count(&last) == 1 && last[39]);
 }
 
 /// Refused at once, not when memory has run out.

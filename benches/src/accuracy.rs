@@ -1,0 +1,87 @@
+//! `accuracy`: the forward error of every solver over many seeds, case by case.
+//!
+//! One problem says little about an algorithm: over the seeds of one case errors differ a
+//! hundredfold. So an [`Entry`] holds what the middle and the end of the distribution are, and how
+//! often the solver refused. Neither the number of threads nor the machine makes a difference:
+//! entries can be compared with stored ones, which [`crate::suite::seeds`] does.
+
+pub mod case;
+pub mod entry;
+mod output;
+
+use crate::cli::AccuracyArgs;
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::run::Outcome;
+use case::Case;
+use entry::Entry;
+
+/// Runs `accuracy`: measures, prints and writes the entries.
+///
+/// # Errors
+/// If no case is meant, a problem has no reference, or the files cannot be written.
+pub fn run(arguments: &AccuracyArgs) -> anyhow::Result<Outcome> {
+    let cases = chosen(&arguments.cases)?;
+    output::check_writable(&arguments.out)?;
+    let interrupt = Interrupt::on_ctrl_c()?;
+    let sizes = arguments.sizes();
+    let mut progress = Progress::new(cases.len() * sizes.len());
+    let mut entries = Vec::new();
+    'all: for case in &cases {
+        for &bodies in &sizes {
+            if interrupt.requested() {
+                break 'all;
+            }
+            let label = format!("{} of {bodies}", case.name());
+            progress.begin(&label);
+            entries.extend(entry::measure(case, bodies, arguments.seeds)?);
+            progress.done(&label);
+        }
+    }
+    progress.finish();
+    if !entries.is_empty() {
+        output::print(&entries);
+        for path in output::write(&arguments.out, &entries)? {
+            println!("wrote {}", path.display());
+        }
+    }
+    Ok(if interrupt.requested() {
+        Outcome::Interrupted
+    } else {
+        Outcome::Success
+    })
+}
+
+/// The cases whose names contain one of these.
+fn chosen(parts: &[String]) -> anyhow::Result<Vec<Case>> {
+    let mut cases = Case::all();
+    if !parts.is_empty() {
+        cases.retain(|case| parts.iter().any(|part| case.name().contains(part.as_str())));
+    }
+    if cases.is_empty() {
+        let names: Vec<String> = Case::all().iter().map(Case::name).collect();
+        anyhow::bail!("no case is named so; there are {}", names.join("; "));
+    }
+    Ok(cases)
+}
+
+/// Reads stored entries.
+///
+/// # Errors
+/// If the text is not what `accuracy` writes.
+pub fn parse(text: &str) -> Result<Vec<Entry>, serde_json::Error> {
+    serde_json::from_str(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cases_are_chosen_by_parts_of_their_names() {
+        let chosen = |part: &str| chosen(&[part.to_owned()]).map(|cases| cases.len());
+        assert_eq!(chosen("chain, equal").unwrap(), 1);
+        assert_eq!(chosen("decades").unwrap(), 4);
+        assert!(chosen("a name that no case has").is_err());
+    }
+}

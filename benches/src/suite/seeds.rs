@@ -1,0 +1,190 @@
+//! Forward errors over 64 seeds of every case: against bounds, and against what they were before.
+//!
+//! One problem can hide a digit lost: over the seeds of one case errors differ a hundredfold, the
+//! median of 64 by a quarter. So a median that doubles is a change for the worse, whatever the
+//! bounds would allow.
+
+use super::{Figure, Outcome};
+use crate::accuracy::case::{Case, Pattern, Shape};
+use crate::accuracy::entry::{Entry, measure};
+use crate::accuracy::parse;
+use anyhow::Context;
+
+/// Seeds of each case.
+const SEEDS: u32 = 64;
+
+/// Numbers of bodies: a few chunks, and a tree of several levels.
+const SIZES: [usize; 2] = [32, 128];
+
+/// The entries before; `benches/accuracy/README.md` tells how they are made.
+const STORED: &str = include_str!("../../accuracy/accuracy.json");
+
+/// A median may be this many times that of the stored entry.
+const GROWTH: f64 = 2.0;
+
+/// Median, 99th percentile and maximum of every solver on every case, and refusals: none more than
+/// stored.
+///
+/// # Errors
+/// If a problem cannot be measured, or there is no stored entry for it.
+pub fn forward_errors() -> Outcome {
+    let stored = parse(STORED)?;
+    let mut figures = Vec::new();
+    for case in Case::all() {
+        for bodies in SIZES {
+            for entry in measure(&case, bodies, SEEDS)? {
+                let before = stored
+                    .iter()
+                    .find(|before| before.key() == entry.key() && before.seeds == SEEDS)
+                    .with_context(|| format!("no stored entry for {:?}", entry.key()))?;
+                figures.extend(judge(&case, &entry, before));
+            }
+        }
+    }
+    Ok(figures)
+}
+
+/// The figures of one entry.
+fn judge(case: &Case, entry: &Entry, before: &Entry) -> Vec<Figure> {
+    let (.., method, precision) = entry.key();
+    let name = |what| {
+        format!(
+            "{what}: {} of {}, {method} {precision}",
+            case.name(),
+            entry.bodies
+        )
+    };
+    let refused = Figure::new(name("refused"), entry.refused.into(), before.refused.into());
+    let mut figures = vec![refused];
+    if let (Some(median), Some(before)) = (entry.median, before.median) {
+        let growth = Figure::new(name("median before"), median, GROWTH * before);
+        figures.push(growth);
+    }
+    if let Some(bounds) = Bounds::of(case, entry)
+        && let (Some(median), Some(max)) = (entry.median, entry.max)
+    {
+        figures.push(Figure::new(name("median"), median, bounds.median));
+        figures.push(Figure::new(name("largest"), max, bounds.max));
+    }
+    figures
+}
+
+/// What the errors over the seeds may be.
+struct Bounds {
+    median: f64,
+    max: f64,
+}
+
+impl Bounds {
+    /// Rounding errors add up along a path like a random walk, and the pattern costs the digits of
+    /// [`lost`]: sqrt(n) eps lost, times a small constant for the median and sixteen times that for
+    /// the largest. With an f32 tree over f64 chunks the joins alone lose f32's digits, 1e-6 and
+    /// 5e-5 at these sizes, and of what the pattern costs about the root.
+    ///
+    /// None where not one digit is promised.
+    fn of(case: &Case, entry: &Entry) -> Option<Self> {
+        let is_tree = entry.method == "dca";
+        let lost = lost(case, is_tree);
+        #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
+        let walk = (entry.bodies as f64).sqrt();
+        let bounds = match entry.precision.as_str() {
+            "f64/f32" => Self {
+                median: 1e-6 * slender(case) * lost.sqrt(),
+                max: 5e-5 * slender(case) * lost.sqrt(),
+            },
+            precision => {
+                let epsilon = if precision == "f64" {
+                    f64::EPSILON
+                } else {
+                    f32::EPSILON.into()
+                };
+                Self {
+                    median: 32.0 * walk * epsilon * lost,
+                    max: 512.0 * walk * epsilon * lost,
+                }
+            }
+        };
+        (bounds.max < 1.0).then_some(bounds)
+    }
+}
+
+/// The factor by which a pattern of masses makes errors larger.
+///
+/// A recursion towards the base carries the inertia of a heavy body through the light ones inboard
+/// of it and keeps only the digits that theirs have in it. Single light bodies cost nothing: the
+/// inertia beyond is let go after six freedoms. A heavy tip costs the tree nothing either, on a
+/// chain: it is a leaf of its own. On branched trees heavy bodies come side by side with light ones
+/// in all the ways there are.
+fn lost(case: &Case, is_tree: bool) -> f64 {
+    use vertebra::generate::Masses;
+    match (case.pattern.masses, case.shape) {
+        (Masses::HeavyLast(_), Shape::Chain) if is_tree => 1.0,
+        (Masses::Alternating(_), Shape::Chain) => 1.0,
+        (Masses::HeavyLast(ratio) | Masses::HeavyTips(ratio) | Masses::Alternating(ratio), _) => {
+            ratio
+        }
+        (Masses::Decades(decades), _) => 10_f64.powf(decades),
+        (Masses::EveryEighth(ratio), _) => ratio.max(1.0),
+        (Masses::Equal | Masses::HeavyBase(_), _) => 1.0,
+    }
+}
+
+/// Twice the error of f32 joins is allowed for rods a thousand times as long as thick, whose
+/// inertia about their axis is a millionth of that across.
+fn slender(case: &Case) -> f64 {
+    let Pattern { rod, .. } = &case.pattern;
+    if rod.radius < 0.01 * rod.length {
+        2.0
+    } else {
+        1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An entry of plain masses whose errors are these.
+    fn entry(precision: &str, median: f64, max: f64) -> Entry {
+        Entry {
+            shape: "chain".to_owned(),
+            pattern: "equal".to_owned(),
+            bodies: 64,
+            method: "dca".to_owned(),
+            precision: precision.to_owned(),
+            seeds: SEEDS,
+            refused: 0,
+            median: Some(median),
+            p95: Some(max),
+            p99: Some(max),
+            max: Some(max),
+        }
+    }
+
+    #[test]
+    fn each_kind_of_worsening_is_found() {
+        let case = &Case::all()[0];
+        let failures = |now: &Entry, before: &Entry| {
+            let figures = judge(case, now, before);
+            let failed = figures.iter().filter(|figure| !figure.passes());
+            failed
+                .map(|figure| figure.name.split(':').next().unwrap().to_owned())
+                .collect::<Vec<_>>()
+        };
+        let before = entry("f64/f32", 4e-7, 1e-5);
+        assert!(failures(&before, &before).is_empty());
+        let doubled = entry("f64/f32", 8.1e-7, 1e-5);
+        assert_eq!(failures(&doubled, &before), ["median before"]);
+        let tail = entry("f64/f32", 4e-7, 6e-5);
+        assert_eq!(failures(&tail, &before), ["largest"]);
+        let coarse = entry("f64/f32", 1.1e-6, 1e-5);
+        assert_eq!(failures(&coarse, &coarse), ["median"]);
+        let refusing = Entry {
+            refused: 1,
+            ..before.clone()
+        };
+        assert_eq!(failures(&refusing, &before), ["refused"]);
+        let f64s = entry("f64", 1e-13, 1e-11);
+        assert_eq!(failures(&f64s, &f64s), ["median", "largest"]);
+    }
+}
