@@ -210,8 +210,8 @@ impl<'a> TreeTest<'a> {
         let start = lists.len();
         for index in span.range.clone() {
             let mut listed = lists[index];
-            listed.children &= nodes[listed.node].overlaps(bounds);
             if !down {
+                listed.children &= nodes[listed.node].overlaps(bounds);
                 listed.children &= self.from(node, listed.node);
                 if listed.children != 0 {
                     lists.push(listed);
@@ -219,7 +219,7 @@ impl<'a> TreeTest<'a> {
                 continue;
             }
             let below = span.level - 1;
-            for lane in lanes(listed.children) {
+            for lane in lanes(near(listed.children, &nodes[listed.node], bounds)) {
                 let child = listed.node * LANES + lane;
                 let children = tree.level(below)[child].overlaps(bounds)
                     & tree.children(below, child)
@@ -286,6 +286,16 @@ impl<'a> TreeTest<'a> {
             .reach()
             .map_or(bounds, |reach| bounds.grown(reach))
     }
+}
+
+/// Those of a node's listed children that may meet a box; all of them if they are few, and each as soon looked into.
+#[inline]
+fn near(children: u32, node: &Packet, bounds: &Bounds) -> u32 {
+    let without_lowest = |mask: u32| mask & mask.wrapping_sub(1);
+    if without_lowest(without_lowest(without_lowest(children))) == 0 {
+        return children;
+    }
+    children & node.overlaps(bounds)
 }
 
 /// The box of some lanes.
@@ -379,11 +389,9 @@ impl<S: Sink> Descent<'_, S> {
         for &Listed { node, children } in &self.lists[span.range.clone()] {
             let (first, leaves, kept) = match span.level {
                 0 => (node, 1, children),
-                // One leaf is as soon looked into.
-                _ if children.is_power_of_two() => (node * LANES, children, u32::MAX),
                 _ => {
-                    let near = listed.bvh.level(1)[node].overlaps(&bounds);
-                    (node * LANES, near & children, u32::MAX)
+                    let near = near(children, &listed.bvh.level(1)[node], &bounds);
+                    (node * LANES, near, u32::MAX)
                 }
             };
             for leaf in lanes(leaves).map(|lane| first + lane) {
