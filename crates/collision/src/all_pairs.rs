@@ -1,4 +1,4 @@
-//! Every triangle of A against every triangle of B, in rows of A.
+//! Every triangle of A against every triangle of B, in tiles of some rows of A and some columns of B.
 
 use std::ops::{ControlFlow, Range};
 
@@ -15,10 +15,19 @@ use crate::transform::RelativePose;
 /// Triangles of A in a task.
 const ROWS: usize = 32;
 
-/// The rows of a task.
-fn rows(task: usize, count: usize) -> Range<usize> {
-    let start = task * ROWS;
-    start..count.min(start + ROWS)
+/// Triangles of B in a task, a multiple of the lanes.
+const COLUMNS: usize = 4096;
+
+/// The number of tiles of two meshes of so many triangles.
+fn tiles([a, b]: [usize; 2]) -> usize {
+    a.div_ceil(ROWS) * b.div_ceil(COLUMNS)
+}
+
+/// The rows and the columns of a tile.
+fn tile(task: usize, [a, b]: [usize; 2]) -> [Range<usize>; 2] {
+    let across = b.div_ceil(COLUMNS);
+    let (row, column) = (task / across * ROWS, task % across * COLUMNS);
+    [row..a.min(row + ROWS), column..b.min(column + COLUMNS)]
 }
 
 /// The exact test on the posed `f64` points, behind boxes that contain them.
@@ -54,12 +63,21 @@ impl ExactTest {
         }
     }
 
-    fn visit_row(&self, row: usize, sink: &mut impl Sink) -> ControlFlow<()> {
+    fn sizes(&self) -> [usize; 2] {
+        [self.a.len(), self.b.len()]
+    }
+
+    fn visit_row(
+        &self,
+        row: usize,
+        columns: &Range<usize>,
+        sink: &mut impl Sink,
+    ) -> ControlFlow<()> {
         let triangle = &self.a[row];
         let bounds = Bounds::around(triangle);
-        for (index, packet) in self.b_bounds.iter().enumerate() {
+        for index in columns.start / LANES..columns.end.div_ceil(LANES) {
             // Boxes of triangles are finite, so empty lanes are apart from all.
-            for lane in lanes(packet.overlaps(&bounds)) {
+            for lane in lanes(self.b_bounds[index].overlaps(&bounds)) {
                 let column = index * LANES + lane;
                 let pair = [id(row), id(column)];
                 if sink.wants(pair) {
@@ -81,11 +99,12 @@ impl PairTest for ExactTest {
     type Scratch = ();
 
     fn tasks(&self) -> usize {
-        self.a.len().div_ceil(ROWS)
+        tiles(self.sizes())
     }
 
     fn visit(&self, task: usize, (): &mut (), sink: &mut impl Sink) -> ControlFlow<()> {
-        rows(task, self.a.len()).try_for_each(|row| self.visit_row(row, sink))
+        let [mut rows, columns] = tile(task, self.sizes());
+        rows.try_for_each(|row| self.visit_row(row, &columns, sink))
     }
 }
 
@@ -122,13 +141,14 @@ impl PairTest for MollerTest {
     type Scratch = ();
 
     fn tasks(&self) -> usize {
-        self.a.len().div_ceil(ROWS)
+        tiles([self.a.len(), self.b.len()])
     }
 
     fn visit(&self, task: usize, (): &mut (), sink: &mut impl Sink) -> ControlFlow<()> {
-        for row in rows(task, self.a.len()) {
-            for (column, other) in (0..).zip(&self.b) {
-                let pair = [id(row), column];
+        let [rows, columns] = tile(task, [self.a.len(), self.b.len()]);
+        for row in rows {
+            for (column, other) in columns.clone().zip(&self.b[columns.clone()]) {
+                let pair = [id(row), id(column)];
                 if sink.wants(pair) && self.a[row].intersects(other, self.epsilon) {
                     sink.hit(pair)?;
                 }

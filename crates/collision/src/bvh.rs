@@ -36,18 +36,7 @@ struct Item {
 impl Bvh {
     /// A tree over the triangles whose boxes share a point with the region, if there is one.
     pub(crate) fn new(mesh: &TriangleMesh, region: Option<&Bounds>, threads: usize) -> Self {
-        let mut items: Vec<Item> = (0..)
-            .zip(mesh.triangles())
-            .filter_map(|(triangle, corners)| {
-                let bounds = Bounds::of(&corners.map(|i| mesh.vertices()[i as usize]));
-                let inside = region.is_none_or(|region| bounds.overlaps(region));
-                inside.then(|| Item {
-                    // Halved first: the sum could overflow.
-                    center: std::array::from_fn(|k| 0.5 * bounds.min[k] + 0.5 * bounds.max[k]),
-                    triangle,
-                })
-            })
-            .collect();
+        let mut items = items(mesh, region, threads);
         let mut unit = LANES;
         while unit * LANES < items.len() {
             unit *= LANES;
@@ -92,6 +81,11 @@ impl Bvh {
         levels.push(level);
     }
 
+    /// The number of triangles.
+    pub(crate) fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
     /// The level of the root; the leaves have level 0.
     pub(crate) fn top(&self) -> usize {
         self.levels.len() - 1
@@ -117,14 +111,6 @@ impl Bvh {
     pub(crate) fn leaf(&self, leaf: usize) -> &[u32] {
         let start = leaf * LANES;
         &self.triangles[start..self.triangles.len().min(start + LANES)]
-    }
-
-    /// The box of a node that has children.
-    pub(crate) fn node_bounds(&self, level: usize, node: usize) -> Bounds {
-        match self.levels.get(level + 1) {
-            Some(above) => above[node / LANES].lane(node % LANES),
-            None => self.levels[level][node].union(),
-        }
     }
 
     /// The box of everything.
@@ -154,6 +140,31 @@ impl Bvh {
     }
 }
 
+/// The triangles that reach into the region, in the order of the mesh.
+fn items(mesh: &TriangleMesh, region: Option<&Bounds>, threads: usize) -> Vec<Item> {
+    let item = |(triangle, corners): (u32, &[u32; 3])| {
+        let bounds = Bounds::of(&corners.map(|i| mesh.vertices()[i as usize]));
+        let inside = region.is_none_or(|region| bounds.overlaps(region));
+        inside.then(|| Item {
+            // Halved first: the sum could overflow.
+            center: std::array::from_fn(|k| 0.5 * bounds.min[k] + 0.5 * bounds.max[k]),
+            triangle,
+        })
+    };
+    if threads == 1 {
+        return (0..).zip(mesh.triangles()).filter_map(item).collect();
+    }
+    let chunks: Vec<(u32, &[[u32; 3]])> = (0..)
+        .step_by(WORTH_A_THREAD)
+        .zip(mesh.triangles().chunks(WORTH_A_THREAD))
+        .collect();
+    let of_chunk = |index: usize| -> Vec<Item> {
+        let (first, triangles) = chunks[index];
+        (first..).zip(triangles).filter_map(item).collect()
+    };
+    parallel::map(threads, chunks.len(), of_chunk).concat()
+}
+
 /// Puts the triangles in order, for children of `unit` triangles each.
 fn arrange(items: &mut [Item], mut unit: usize, threads: usize) {
     if items.len() <= LANES {
@@ -170,16 +181,25 @@ fn arrange(items: &mut [Item], mut unit: usize, threads: usize) {
             .partial_cmp(&right.center[axis])
             .unwrap_or(Ordering::Equal)
     });
+    let count = items.len();
     let (left, right) = items.split_at_mut(cut);
-    let threads = if left.len() < WORTH_A_THREAD {
-        1
+    if count < WORTH_A_THREAD {
+        arrange(left, unit, 1);
+        arrange(right, unit, 1);
+        return;
+    }
+    // As many threads as each part is worth; or all for each part in turn, where that comes out too uneven.
+    let share = (threads * left.len() + count / 2) / count;
+    let uneven = (threads * left.len()).abs_diff(share * count) > count / 8;
+    let (at_once, threads) = if uneven || share == 0 || share == threads {
+        (1, [threads; 2])
     } else {
-        threads
+        (2, [share, threads - share])
     };
     parallel::join(
-        threads,
-        || arrange(left, unit, threads / 2),
-        || arrange(right, unit, threads - threads / 2),
+        at_once,
+        || arrange(left, unit, threads[0]),
+        || arrange(right, unit, threads[1]),
     );
 }
 

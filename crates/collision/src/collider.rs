@@ -1,11 +1,14 @@
 //! A mesh prepared for many queries.
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
 
 use crate::bvh::Bvh;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 use crate::parallel;
+use crate::places::Places;
 
 /// A mesh with its bounding volume hierarchy, so that queries need not build one.
 ///
@@ -33,6 +36,8 @@ pub struct Collider {
     bvh: Bvh,
     /// What the hierarchy cost when built.
     built_cost: f64,
+    /// The place of each vertex, once asked for.
+    places: OnceLock<Vec<u32>>,
 }
 
 impl Collider {
@@ -51,6 +56,7 @@ impl Collider {
             mesh,
             bvh,
             built_cost,
+            places: OnceLock::new(),
         }
     }
 
@@ -81,6 +87,7 @@ impl Collider {
     pub fn set_vertices(&mut self, vertices: Vec<Vec3>) -> Result<(), MeshError> {
         self.mesh.set_vertices(vertices)?;
         self.bvh.refit(&self.mesh, 1);
+        self.places.take();
         Ok(())
     }
 
@@ -97,6 +104,10 @@ impl Collider {
     pub fn rebuild(&mut self) {
         self.bvh = Bvh::new(&self.mesh, None, 1);
         self.built_cost = self.bvh.cost();
+    }
+
+    pub(crate) fn places(&self) -> &[u32] {
+        self.places.get_or_init(|| Places::of_vertices(&self.mesh))
     }
 
     pub(crate) fn bvh(&self) -> &Bvh {

@@ -17,13 +17,13 @@ pub enum Culling {
 }
 
 /// Comparing two boxes, eight at a time \[ns].
-const PAIR: f64 = 0.6;
+const PAIR: f64 = 0.4;
 
 /// Posing a triangle and its plane for all pairs \[ns].
 const ROW: f64 = 25.0;
 
-/// Putting a triangle into a hierarchy \[ns].
-const BUILD: f64 = 100.0;
+/// Taking a triangle into a hierarchy, or leaving it out because it is far from the other mesh \[ns].
+const BUILD: f64 = 30.0;
 
 /// What a query through hierarchies takes at least \[ns].
 const DESCENT: f64 = 1000.0;
@@ -31,8 +31,9 @@ const DESCENT: f64 = 1000.0;
 impl Culling {
     /// Whether to use hierarchies, for meshes of so many triangles, the second number those of meshes without one.
     ///
-    /// The costs that both ways have in common are left out. The constants were measured on one thread; they matter
-    /// only for meshes of some ten to a few hundred triangles, and there a wrong choice costs microseconds.
+    /// The costs that both ways have in common are left out. The constants were measured on one thread (the table is in
+    /// `docs/performance.md`); they matter only for meshes of some ten to a few hundred triangles, and there a wrong
+    /// choice costs microseconds.
     pub(crate) fn uses_bvh(self, [a, b]: [usize; 2], unprepared: usize) -> bool {
         match self {
             Self::AllPairs => false,

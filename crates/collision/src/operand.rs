@@ -6,6 +6,7 @@ use crate::bounds::Bounds;
 use crate::bvh::Bvh;
 use crate::collider::Collider;
 use crate::mesh::TriangleMesh;
+use crate::places::Places;
 use crate::traverse::Tree;
 
 /// A mesh as a query takes it: as it is, or prepared.
@@ -37,6 +38,14 @@ impl<'a> Operand<'a> {
         match self {
             Self::Mesh(mesh) => Bounds::of(mesh.vertices()),
             Self::Collider(collider) => collider.bvh().bounds(),
+        }
+    }
+
+    /// The place of each vertex; a prepared mesh keeps them.
+    pub(crate) fn places(self) -> Cow<'a, [u32]> {
+        match self {
+            Self::Mesh(mesh) => Cow::Owned(Places::of_vertices(mesh)),
+            Self::Collider(collider) => Cow::Borrowed(collider.places()),
         }
     }
 

@@ -5,6 +5,8 @@
 
 use glam::DVec3;
 
+use crate::mesh::TriangleMesh;
+
 /// The different positions of a list of points.
 pub(crate) struct Places {
     /// The positions, each once, in an order that depends on nothing else.
@@ -14,6 +16,12 @@ pub(crate) struct Places {
 }
 
 impl Places {
+    /// The place of each vertex of a mesh.
+    pub(crate) fn of_vertices(mesh: &TriangleMesh) -> Vec<u32> {
+        let points: Vec<DVec3> = mesh.vertices().iter().map(|v| v.as_dvec3()).collect();
+        Self::of(&points).numbers
+    }
+
     /// Of at most `u32::MAX` points, as a mesh has.
     pub(crate) fn of(list: &[DVec3]) -> Self {
         // Adding zero makes negative zeros positive; then equal numbers have equal bits.

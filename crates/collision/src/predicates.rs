@@ -132,6 +132,12 @@ impl Plane {
     fn exact_side(&self, p: DVec3, exact: &mut u32) -> Sign {
         *exact += 1;
         let [a, b, c] = self.points;
+        // Planes and points of one coordinate, and points in common, need no expansion. Products of two differences do
+        // not underflow, so what is zero here has a factor that is.
+        let w = p - a;
+        if (0..3).all(|k| self.permanent[k] == 0.0 || w[k] == 0.0) {
+            return Sign::Zero;
+        }
         exact_orient3d([a, b, c, p])
     }
 
@@ -189,13 +195,6 @@ fn exact_orient3d(points: [DVec3; 4]) -> Sign {
     } else {
         points
     };
-    // Planes and points of one coordinate, and points in common, need no expansion: a sum of magnitudes that is zero
-    // without underflow has a zero in every product.
-    let [a, b, c, d] = points;
-    let plane = Plane::through([a, b, c]);
-    if plane.permanent.dot((d - a).abs()) == 0.0 {
-        return Sign::Zero;
-    }
     let [a, b, c, d] = points.map(|p| Coord3D {
         x: p.x,
         y: p.y,
@@ -230,6 +229,18 @@ impl Axis {
             let [a, b, c] = triangle.map(|p| axis.project(p));
             orient2d(a, b, c) != Sign::Zero
         })
+    }
+
+    /// The axis along which a vector is longest.
+    pub(crate) fn most_along(vector: DVec3) -> Self {
+        let [x, y, z] = vector.abs().to_array();
+        if z >= x && z >= y {
+            Self::Z
+        } else if x >= y {
+            Self::X
+        } else {
+            Self::Y
+        }
     }
 
     pub(crate) fn project(self, p: DVec3) -> DVec2 {

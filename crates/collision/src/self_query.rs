@@ -1,21 +1,19 @@
 //! One mesh with itself.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use glam::{DVec2, DVec3};
 
 use crate::bounds::Bounds;
-use crate::criterion::Criterion;
 use crate::curves::{Builder, Corners, Curves};
 use crate::meeting::{Meeting, Simplex, corners};
 use crate::mesh::TriangleMesh;
 use crate::operand::Operand;
 use crate::parallel;
-use crate::places::Places;
 use crate::predicates::{Axis, Plane, Sign, orient2d, strictly_one_side};
 use crate::sink::{Any, Count, Mask, Pairs, Sink, run};
-use crate::transform::RelativePose;
-use crate::traverse::{Tree, TreeTest};
+use crate::traverse::TreeTest;
 
 /// A question about the triangles of one mesh that meet each other where they should not.
 ///
@@ -108,12 +106,11 @@ impl<'a> SelfQuery<'a> {
         let threads = parallel::available(self.threads);
         let everything = Bounds::of(self.operand.mesh().vertices());
         let tree = self.operand.tree(&everything, threads);
-        let neighbours = Neighbours::new(tree.mesh);
-        let [a, b] = [(); 2].map(|()| Tree {
+        let neighbours = Neighbours {
             mesh: tree.mesh,
-            bvh: std::borrow::Cow::Borrowed(&*tree.bvh),
-        });
-        let test = TreeTest::new(a, b, &RelativePose::IDENTITY, Criterion::Meet, threads);
+            places: self.operand.places(),
+        };
+        let test = TreeTest::of_itself(&tree, threads);
         let sinks = run(&test, threads, || Beyond {
             sink: new_sink(),
             neighbours: &neighbours,
@@ -122,7 +119,7 @@ impl<'a> SelfQuery<'a> {
     }
 }
 
-/// Wants each pair of different triangles once, and neighbours only if they meet beyond their common corners.
+/// Wants neighbours only if they meet beyond their common corners.
 struct Beyond<'a, S> {
     sink: S,
     neighbours: &'a Neighbours<'a>,
@@ -130,7 +127,7 @@ struct Beyond<'a, S> {
 
 impl<S: Sink> Sink for Beyond<'_, S> {
     fn wants(&self, pair: [u32; 2]) -> bool {
-        pair[0] < pair[1] && self.sink.wants(pair) && self.neighbours.may_count(pair)
+        self.sink.wants(pair) && self.neighbours.may_count(pair)
     }
 
     fn hit(&mut self, pair: [u32; 2]) -> ControlFlow<()> {
@@ -142,18 +139,10 @@ impl<S: Sink> Sink for Beyond<'_, S> {
 struct Neighbours<'a> {
     mesh: &'a TriangleMesh,
     /// The place of each vertex.
-    places: Vec<u32>,
+    places: Cow<'a, [u32]>,
 }
 
-impl<'a> Neighbours<'a> {
-    fn new(mesh: &'a TriangleMesh) -> Self {
-        let points: Vec<DVec3> = mesh.vertices().iter().map(|v| v.as_dvec3()).collect();
-        Self {
-            mesh,
-            places: Places::of(&points).numbers,
-        }
-    }
-
+impl Neighbours<'_> {
     /// Whether two triangles share no corner, or meet beyond those they share.
     fn may_count(&self, [i, j]: [u32; 2]) -> bool {
         let corners = |t: u32| self.mesh.triangles()[t as usize].map(|v| self.places[v as usize]);
@@ -183,46 +172,69 @@ impl<'a> Neighbours<'a> {
     }
 }
 
-/// What settles nearly all neighbours: in space, that one has its other corners strictly on one side of the other's
-/// plane; in one plane, that a line through the common corners has the other corners of each strictly on its own side.
-/// Then they meet in the hull of the common corners only.
+/// What settles nearly all neighbours: that a line through the common corners, in a projection along an axis, or the
+/// plane of one triangle has the other corners strictly apart. Then they meet in the hull of the common corners only.
 fn apart_beyond((a, ids_a): (&[DVec3; 3], [u32; 3]), (b, ids_b): (&[DVec3; 3], [u32; 3])) -> bool {
-    // The corners that only one has, and then the common ones.
-    let arranged = |ids: [u32; 3], other: [u32; 3]| {
-        let mut order = [0, 1, 2];
-        order.sort_unstable_by_key(|&i| other.contains(&ids[i]));
-        let own = order.iter().filter(|&&i| !other.contains(&ids[i])).count();
-        (order, own)
-    };
-    let ((order_a, own_a), (order_b, own_b)) = (arranged(ids_a, ids_b), arranged(ids_b, ids_a));
+    let (own_a, a) = own_first(a, ids_a, ids_b);
+    let (own_b, b) = own_first(b, ids_b, ids_a);
     if own_a != own_b || own_a == 0 {
         return false;
     }
-    let (a, b) = (order_a.map(|i| a[i]), order_b.map(|i| b[i]));
-    let sides = |of: &[DVec3; 3], plane: &[DVec3; 3]| {
-        let plane = Plane::through(*plane);
-        [0, own_a - 1].map(|i| plane.side(of[i], &mut 0))
-    };
-    let (sides_a, sides_b) = (sides(&a, &b), sides(&b, &a));
-    if strictly_one_side(sides_a) || strictly_one_side(sides_b) {
-        return true;
-    }
-    let Some(axis) = Axis::of_plane(&b).filter(|_| sides_a == [Sign::Zero; 2]) else {
-        return false;
-    };
-    let (a, b) = (a.map(|p| axis.project(p)), b.map(|p| axis.project(p)));
-    // Lines through the last corner, which is common, and another, with the corner on the own side: with one common
-    // corner either of its sides, else the common side.
-    let lines: &[[usize; 2]] = if own_a == 2 {
-        &[[0, 1], [1, 0]]
+    let axis = Axis::most_along((a[1] - a[0]).cross(a[2] - a[0]));
+    let flat = |[a, b, c]: [DVec3; 3]| [axis.project(a), axis.project(b), axis.project(c)];
+    let (flat_a, flat_b) = (flat(a), flat(b));
+    let apart = if own_a == 1 {
+        apart_across_side(flat_a, flat_b)
     } else {
-        &[[1, 0]]
+        apart_around_corner(flat_a, flat_b)
     };
-    [(a, b), (b, a)].into_iter().any(|(one, other)| {
-        lines.iter().any(|&[end, own]| {
-            let side = |p: DVec2| orient2d(one[2], one[end], p);
-            let beyond = side(one[own]).opposite();
-            beyond != Sign::Zero && [0, own_a - 1].iter().all(|&i| side(other[i]) == beyond)
-        })
+    let one_side = |of: &[DVec3; 3], plane: &[DVec3; 3]| {
+        let plane = Plane::through(*plane);
+        strictly_one_side([0, own_a - 1].map(|i| plane.side(of[i], &mut 0)))
+    };
+    apart || one_side(&a, &b) || one_side(&b, &a)
+}
+
+/// The number of corners that only this triangle has, and the corners turned so that those come first.
+fn own_first(points: &[DVec3; 3], ids: [u32; 3], other: [u32; 3]) -> (usize, [DVec3; 3]) {
+    let own = ids.map(|id| !other.contains(&id));
+    let [a, b, c] = *points;
+    let turned = match own {
+        [false, true, _] => [b, c, a],
+        [_, false, true] => [c, a, b],
+        _ => [a, b, c],
+    };
+    (own.into_iter().filter(|&own| own).count(), turned)
+}
+
+/// Whether the line of the common side, corners 1 and 2, has corner 0 of each triangle strictly on its own side.
+///
+/// Beyond the line there is only one of the triangles, and above it nothing but the side: also in space, whatever the
+/// projection.
+fn apart_across_side(a: [DVec2; 3], b: [DVec2; 3]) -> bool {
+    let side = |p| orient2d(a[1], a[2], p);
+    let (side_a, side_b) = (side(a[0]), side(b[0]));
+    side_a != Sign::Zero && side_b == side_a.opposite()
+}
+
+/// Whether the angles that two triangles have at the common corner, corner 2, share nothing else; then nor do the
+/// triangles, also in space.
+///
+/// If two angles below a half turn share more, then a side of one lies in the other.
+fn apart_around_corner(a: [DVec2; 3], b: [DVec2; 3]) -> bool {
+    let turn = |p, q| orient2d(p, q, a[2]);
+    let (within_a, within_b) = (turn(a[0], a[1]), turn(b[0], b[1]));
+    if within_a == Sign::Zero || within_b == Sign::Zero {
+        return false;
+    }
+    // Written out, for want of a map over arrays that compiles to as little.
+    let across = [
+        [turn(a[0], b[0]), turn(a[0], b[1])],
+        [turn(a[1], b[0]), turn(a[1], b[1])],
+    ];
+    (0..2).all(|k| {
+        let b_outside = across[0][k] == within_a.opposite() || across[1][k] == within_a;
+        let a_outside = across[k][0] == within_b || across[k][1] == within_b.opposite();
+        b_outside && a_outside
     })
 }

@@ -2,7 +2,9 @@
 
 use crate::support::{Random, gold_mesh};
 use glam::{DQuat, DVec3, Vec3};
-use vertebra_collision::{Collider, Culling, MeshError, Query, Statistics, TriangleMesh};
+use vertebra_collision::{
+    Collider, Culling, MeshError, Query, SelfQuery, Statistics, TriangleMesh,
+};
 use vertebra_spatial::Pose;
 
 /// Asks all questions in all ways, and returns the pairs.
@@ -253,4 +255,51 @@ fn statistics_add_up() {
     assert!(itself.degenerate >= b.len() as u64);
     assert!(itself.beyond_filter > b.len() as u64);
     assert!(itself.signs_beyond_filter >= itself.beyond_filter);
+}
+
+/// However lopsided the meshes, and whichever is the large one, threads divide the work without changing an answer.
+#[test]
+#[cfg(feature = "rayon")]
+fn many_threads_on_lopsided_meshes() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(8).build();
+    let pool = pool.unwrap();
+    let mut random = Random::new(28);
+    let mut hits = 0;
+    for (few, many) in [(1, 9000), (7, 9000), (40, 9000), (3000, 9000)] {
+        let (few, many) = (soup(&mut random, few, 0), soup(&mut random, many, 1));
+        let placed = random_pose(&mut random, 0.2);
+        for (a, b) in [(&few, &many), (&many, &few)] {
+            for pose in [Pose::IDENTITY, placed] {
+                let all = Query::new(a, b).pose_b(pose).unwrap();
+                let all = all.culling(Culling::AllPairs);
+                let pairs = all.pairs().unwrap();
+                hits += pairs.len();
+                for threads in [1, 2, 3, 8] {
+                    let [ca, cb] = [a, b]
+                        .map(|mesh| pool.install(|| Collider::on_threads(mesh.clone(), threads)));
+                    for query in [Query::new(a, b), Query::new(&ca, &cb)] {
+                        let query = query.pose_b(pose).unwrap().threads(threads);
+                        let query = query.culling(Culling::Bvh);
+                        assert_eq!(pool.install(|| query.pairs()).unwrap(), pairs);
+                        let any = pool.install(|| query.any()).unwrap();
+                        assert_eq!(any, !pairs.is_empty());
+                    }
+                    let all = all.clone().threads(threads);
+                    assert_eq!(pool.install(|| all.pairs()).unwrap(), pairs);
+                }
+            }
+        }
+        for threads in [1, 2, 3, 8] {
+            let itself = SelfQuery::new(&many).threads(threads);
+            let count = pool.install(|| itself.count());
+            assert_eq!(count, SelfQuery::new(&many).count());
+        }
+    }
+    assert!(hits > 100, "{hits}");
+    let mesh = soup(&mut random, 20_000, 1);
+    let one = format!("{:?}", Collider::on_threads(mesh.clone(), 1));
+    for threads in [2, 3, 8] {
+        let collider = pool.install(|| Collider::on_threads(mesh.clone(), threads));
+        assert_eq!(format!("{collider:?}"), one, "{threads}");
+    }
 }

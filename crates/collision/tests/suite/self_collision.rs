@@ -142,3 +142,80 @@ fn whole_meshes() {
         assert!(expected(&corners[i as usize], &corners[j as usize]));
     }
 }
+
+/// Places are those of the vertices as they are now, also in a mesh that keeps them.
+#[test]
+fn moved_vertices_have_new_places() {
+    let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let apart = [Vec3::NEG_X, Vec3::NEG_Y, Vec3::ZERO];
+    let vertices = |other: [Vec3; 3]| corners.into_iter().chain(other).collect::<Vec<_>>();
+    let mesh = TriangleMesh::new(vertices(apart), vec![[0, 1, 2], [3, 4, 5]]).unwrap();
+    let mut collider = Collider::new(mesh);
+    assert!(!SelfQuery::new(&collider).any());
+    // The corner in common becomes a corner on a side.
+    let slid = apart.map(|p| p + Vec3::X * 0.5);
+    collider.set_vertices(vertices(slid)).unwrap();
+    assert_eq!(SelfQuery::new(&collider).pairs(), [[0, 1]]);
+    collider.set_vertices(vertices(apart)).unwrap();
+    assert!(!SelfQuery::new(&collider).any());
+}
+
+/// Flat neighbours in planes of all directions, where only the line or the angle between them tells them apart, and
+/// a mesh large enough for several tasks and levels.
+#[test]
+fn flat_sheets() {
+    let normals = [
+        Vec3::Z,
+        Vec3::X,
+        Vec3::Y,
+        Vec3::new(1.0, -2.0, 4.0),
+        Vec3::new(-3.0, 1.0, 1.0),
+    ];
+    for normal in normals {
+        // Small integers: coplanar exactly.
+        let (u, v) = if normal.x == 0.0 && normal.y == 0.0 {
+            (Vec3::X, Vec3::Y)
+        } else {
+            let u = Vec3::new(-normal.y, normal.x, 0.0);
+            (u, normal.cross(u))
+        };
+        let n = 9_u32;
+        let at = |i: u32, j: u32| i * (n + 1) + j;
+        let place = |i: u32, j: u32| u * i as f32 + v * j as f32;
+        let vertices = (0..=n).flat_map(|i| (0..=n).map(move |j| place(i, j)));
+        let mut vertices: Vec<Vec3> = vertices.collect();
+        let triangles = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+        let triangles = triangles.flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j), at(i + 1, j + 1)];
+            [[a, b, d], [a, d, c]]
+        });
+        let triangles: Vec<[u32; 3]> = triangles.collect();
+        let mesh = TriangleMesh::new(vertices.clone(), triangles.clone()).unwrap();
+        assert_eq!(SelfQuery::new(&mesh).pairs(), [[0; 2]; 0], "{normal}");
+        // A corner drawn over its neighbours.
+        vertices[at(4, 4) as usize] = place(6, 5);
+        let folded = TriangleMesh::new(vertices, triangles).unwrap();
+        let pairs = SelfQuery::new(&folded).pairs();
+        let corners = wide(&folded);
+        let near = (0_u32..).zip(&corners).filter(|(_, t)| {
+            let spread = |p: &DVec3| {
+                let steps = |d: Vec3| p.dot(d.as_dvec3()) / f64::from(d.length_squared());
+                steps(u).min(steps(v)) > 1.9 && steps(u).max(steps(v)) < 7.1
+            };
+            t.iter().all(spread)
+        });
+        let near: Vec<_> = near.collect();
+        let mut checked = 0;
+        for (k, (i, a)) in near.iter().enumerate() {
+            for (j, b) in &near[k + 1..] {
+                assert_eq!(pairs.binary_search(&[*i, *j]).is_ok(), expected(a, b));
+                checked += usize::from(expected(a, b));
+            }
+        }
+        assert_eq!(checked, pairs.len(), "{normal}");
+        assert!(checked > 10, "{normal}");
+        for threads in [2, 3, 8] {
+            assert_eq!(SelfQuery::new(&folded).threads(threads).pairs(), pairs);
+        }
+    }
+}
