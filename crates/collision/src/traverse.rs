@@ -51,8 +51,9 @@ impl<'a> TreeTest<'a> {
         threads: usize,
     ) -> Self {
         let in_place = *pose == RelativePose::IDENTITY;
-        // Descending the smaller tree makes for fewer and longer lists; but posed triangles should be those of B.
-        let swapped = in_place && a.mesh.len() < b.mesh.len();
+        // Descending the smaller tree makes for fewer and longer lists; but posed triangles should be those of B, and
+        // rounded bounds on distances those from A to B.
+        let swapped = in_place && criterion == Criterion::Meet && a.mesh.len() < b.mesh.len();
         let (a, b) = if swapped { (b, a) } else { (a, b) };
         let wanted = if threads > 1 {
             threads * TASKS_A_THREAD
