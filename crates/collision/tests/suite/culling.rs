@@ -298,3 +298,34 @@ fn statistics_add_up() {
     assert!(itself.beyond_filter > b.len() as u64);
     assert!(itself.signs_beyond_filter >= itself.beyond_filter);
 }
+
+/// Signs of contacts are zero, which no filter decides: in space six for two triangles of a plane; in the plane those of
+/// corners on the line of a side; and all of triangles of zero area.
+#[test]
+fn signs_are_counted_in_all_stages() {
+    let one = |corners: [[f32; 3]; 3]| {
+        TriangleMesh::new(corners.map(Vec3::from).to_vec(), vec![[0, 1, 2]]).unwrap()
+    };
+    let triangle = one([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+    let segment = one([[1.0, 1.0, 0.0], [1.0, 1.0, 2.0], [1.0, 1.0, 1.0]]);
+    for (a, b, signs) in [
+        // In one plane, apart; and with a corner on a side, the line of which decides nothing.
+        (
+            &triangle,
+            one([[4.0, 1.0, 0.0], [4.0, 3.0, 0.0], [3.0, 3.0, 0.0]]),
+            6..7,
+        ),
+        (
+            &triangle,
+            one([[2.0, 2.0, 0.0], [4.0, 3.0, 0.0], [3.0, 4.0, 0.0]]),
+            7..9,
+        ),
+        // The triangle against a line has three zero signs and one of the line's end; then the same of the segment.
+        (&triangle, segment.clone(), 5..20),
+        (&segment, segment.clone(), 10..40),
+    ] {
+        let found = Query::new(a, &b).statistics().unwrap();
+        assert_eq!([found.pairs, found.degenerate, found.beyond_filter], [1; 3]);
+        assert!(signs.contains(&found.signs_beyond_filter), "{found:?}");
+    }
+}
