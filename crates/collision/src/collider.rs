@@ -13,7 +13,8 @@ use crate::places::Places;
 /// A mesh with its bounding volume hierarchy, so that queries need not build one.
 ///
 /// The hierarchy is in the mesh's own frame: any number of queries in any poses share it. Vertices may move; then it is
-/// refitted, and when they have moved far apart, built again. Answers do not depend on it, only their speed.
+/// refitted, and [`degradation`](Collider::degradation) says when to call [`rebuild`](Collider::rebuild), which nothing
+/// does by itself. Answers do not depend on it, only their speed.
 ///
 /// ```
 /// use glam::{DVec3, Vec3};
@@ -34,10 +35,10 @@ use crate::places::Places;
 pub struct Collider {
     mesh: TriangleMesh,
     bvh: Bvh,
-    /// What the hierarchy cost when built.
-    built_cost: f64,
     /// The place of each vertex, once asked for.
     places: OnceLock<Vec<u32>>,
+    /// How many children of a node queries entered when the hierarchy was built.
+    built_entered: f64,
 }
 
 impl Collider {
@@ -51,12 +52,12 @@ impl Collider {
     #[must_use]
     pub fn on_threads(mesh: TriangleMesh, threads: usize) -> Self {
         let bvh = Bvh::new(&mesh, None, parallel::available(threads));
-        let built_cost = bvh.cost();
+        let built_entered = bvh.entered();
         Self {
             mesh,
             bvh,
-            built_cost,
             places: OnceLock::new(),
+            built_entered,
         }
     }
 
@@ -91,19 +92,20 @@ impl Collider {
         Ok(())
     }
 
-    /// What a query costs with the refitted hierarchy relative to when it was built: the surface of all boxes, in units
-    /// of that of the whole, divided by what it was \[1].
+    /// How much worse the refitted hierarchy sorts out than when it was built \[1]: of how many children of a node a query
+    /// must look, the mean over the nodes, divided by what it was.
     ///
-    /// Beyond 1.5 to 2 it pays to [`rebuild`](Self::rebuild).
+    /// Beyond 1.5 it pays to [`rebuild`](Self::rebuild), unless it is the triangles themselves that have grown into each
+    /// other: no order helps against that. No unit of length matters, and no single vertex, however far it has gone.
     #[must_use]
     pub fn degradation(&self) -> f64 {
-        self.bvh.cost() / self.built_cost
+        self.bvh.entered() / self.built_entered
     }
 
     /// Builds the hierarchy again, for where the vertices are now.
     pub fn rebuild(&mut self) {
         self.bvh = Bvh::new(&self.mesh, None, 1);
-        self.built_cost = self.bvh.cost();
+        self.built_entered = self.bvh.entered();
     }
 
     pub(crate) fn places(&self) -> &[u32] {

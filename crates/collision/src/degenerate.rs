@@ -1,8 +1,8 @@
 //! Triangles of zero area: the segments and points that they are.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use crate::predicates::{Axis, Sign, orient2d, orient3d, strictly_one_side};
+use crate::predicates::{Axis, Sign, orient2d_counted, orient3d_counted, strictly_one_side};
 
 /// A closed segment; a point if both ends coincide.
 ///
@@ -38,25 +38,25 @@ pub(crate) fn precedes(p: DVec3, q: DVec3) -> bool {
     p.to_array() < q.to_array()
 }
 
-/// Whether two closed segments, possibly points, share a point.
-pub(crate) fn segments_meet(a: Segment, b: Segment) -> bool {
+/// Whether two closed segments, possibly points, share a point. Counts in `exact` the signs left to expansions.
+pub(crate) fn segments_meet(a: Segment, b: Segment, exact: &mut u32) -> bool {
     let (p, q, r, s) = (a.start, a.end, b.start, b.end);
-    if orient3d(p, q, r, s) != Sign::Zero {
+    if orient3d_counted([p, q, r, s], exact) != Sign::Zero {
         return false;
     }
     // If these triples are collinear then so are all four points: p != q puts r and s on the line pq; p == q puts p
     // on the line rs.
     let axis = [[p, q, r], [p, q, s], [p, r, s]]
         .iter()
-        .find_map(Axis::of_plane);
+        .find_map(|points| Axis::of_plane_counted(points, exact));
     let Some(axis) = axis else {
         return !precedes(q, r) && !precedes(s, p);
     };
     // In a common plane, not on one line: disjoint iff the line of one has the other strictly on one side. (A point
     // has no line, but then the other segment's line misses it.)
     let [p, q, r, s] = [p, q, r, s].map(|point| axis.project(point));
-    !strictly_one_side([orient2d(p, q, r), orient2d(p, q, s)])
-        && !strictly_one_side([orient2d(r, s, p), orient2d(r, s, q)])
+    let mut sides = |u, v, ends: [DVec2; 2]| ends.map(|end| orient2d_counted([u, v, end], exact));
+    !strictly_one_side(sides(p, q, [r, s])) && !strictly_one_side(sides(r, s, [p, q]))
 }
 
 #[cfg(test)]

@@ -10,11 +10,12 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum MeshError {
     /// Something is wrong with a file.
-    #[error("{}: {error}", path.display())]
+    #[error("the mesh file {} cannot be used", path.display())]
     InFile {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
+        #[source]
         error: Box<Self>,
     },
     /// The file could not be read.
@@ -104,6 +105,14 @@ pub enum MeshError {
         index: i64,
         /// How many vertices there are.
         vertices: usize,
+    },
+    /// A list in a PLY file has less than nothing in it.
+    #[error("{place}: a list cannot have {count} entries: the file is damaged, export it again")]
+    NegativeCount {
+        /// The element that has it.
+        place: Place,
+        /// The count as written.
+        count: i64,
     },
     /// A polygon cannot be divided into triangles without changing or guessing its shape.
     #[error("{place}: {problem}; triangulate the mesh when exporting it")]
@@ -261,6 +270,12 @@ pub enum QueryError {
         /// How many there are.
         bodies: usize,
     },
+    /// A body is no pair with itself.
+    #[error("body {body} and body {body} are one: a pair to leave out needs two bodies")]
+    SameBody {
+        /// The index given twice.
+        body: usize,
+    },
     /// A configuration does not place every body.
     #[error("configuration {configuration} has {found} poses for {expected} bodies")]
     PoseCount {
@@ -272,21 +287,25 @@ pub enum QueryError {
         found: usize,
     },
     /// A question about one of many poses failed.
-    #[error("at pose {index}: {error}")]
+    #[error("the question about pose {index} failed")]
     AtPose {
         /// Index of the pose.
         index: usize,
         /// What went wrong.
+        #[source]
         error: Box<Self>,
     },
     /// A question about one of many pairs of bodies failed.
-    #[error("bodies {} and {} in configuration {configuration}: {error}", pair[0], pair[1])]
+    #[error(
+        "the question about bodies {} and {} in configuration {configuration} failed", pair[0], pair[1]
+    )]
     InPair {
         /// Index of the configuration.
         configuration: usize,
         /// The bodies, A first.
         pair: [usize; 2],
         /// What went wrong.
+        #[source]
         error: Box<Self>,
     },
 }

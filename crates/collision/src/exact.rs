@@ -11,7 +11,9 @@ use glam::DVec3;
 use crate::classify::PairClass;
 pub use crate::classify::classify;
 use crate::degenerate::{Segment, segments_meet};
-use crate::predicates::{Axis, Plane, Sides, Sign, orient2d, orient3d, strictly_one_side};
+use crate::predicates::{
+    Axis, Plane, Sides, Sign, orient2d_counted, orient3d_counted, strictly_one_side,
+};
 
 /// Whether two closed triangles share a point.
 ///
@@ -114,7 +116,10 @@ fn decide_staged(
             };
             (true, Some(class), Stage::Line)
         }
-        _ => (coplanar_or_degenerate_meet(a, b), None, Stage::Degenerate),
+        _ => {
+            let meet = coplanar_or_degenerate_meet(a, b, exact);
+            (meet, None, Stage::Degenerate)
+        }
     }
 }
 
@@ -208,13 +213,13 @@ fn edge_meets(ends: [Sign; 2], passes: [Sign; 3], in_plane: impl FnOnce() -> boo
 }
 
 /// Whether a segment, possibly a point, meets a proper triangle.
-fn segment_meets(segment: Segment, triangle: &[DVec3; 3]) -> bool {
+fn segment_meets(segment: Segment, triangle: &[DVec3; 3], exact: &mut u32) -> bool {
     let Segment { start, end } = segment;
     let [a, b, c] = *triangle;
-    let ends = [orient3d(a, b, c, start), orient3d(a, b, c, end)];
-    let passes = [(a, b), (b, c), (c, a)].map(|(u, v)| orient3d(start, end, u, v));
+    let ends = [start, end].map(|p| orient3d_counted([a, b, c, p], exact));
+    let passes = [(a, b), (b, c), (c, a)].map(|(u, v)| orient3d_counted([start, end, u, v], exact));
     edge_meets(ends, passes, || {
-        in_plane_segment_meets(start, end, triangle)
+        in_plane_segment_meets(start, end, triangle, exact)
     })
 }
 
@@ -223,36 +228,43 @@ fn segment_meets(segment: Segment, triangle: &[DVec3; 3]) -> bool {
 /// Two convex polygons of a plane are disjoint iff an edge of their Minkowski difference separates it from the origin;
 /// its edges are parallel to theirs. For a segment and a triangle that leaves the outer sides of the triangle's edges
 /// and both sides of the segment.
-fn in_plane_segment_meets(start: DVec3, end: DVec3, triangle: &[DVec3; 3]) -> bool {
-    let Some(axis) = Axis::of_plane(triangle) else {
+fn in_plane_segment_meets(
+    start: DVec3,
+    end: DVec3,
+    triangle: &[DVec3; 3],
+    exact: &mut u32,
+) -> bool {
+    let Some(axis) = Axis::of_plane_counted(triangle, exact) else {
         return false;
     };
+    if beyond_an_edge(axis, triangle, &[start, end], exact) {
+        return false;
+    }
     let [start, end] = [start, end].map(|p| axis.project(p));
-    let corners = triangle.map(|p| axis.project(p));
-    let outside = orient2d(corners[0], corners[1], corners[2]).opposite();
-    let beyond_an_edge = (0..3).any(|i| {
-        let (u, v) = (corners[i], corners[(i + 1) % 3]);
-        orient2d(u, v, start) == outside && orient2d(u, v, end) == outside
-    });
-    !beyond_an_edge && !strictly_one_side(corners.map(|corner| orient2d(start, end, corner)))
+    let sides = triangle.map(|p| orient2d_counted([start, end, axis.project(p)], exact));
+    !strictly_one_side(sides)
 }
 
-fn coplanar_or_degenerate_meet(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
-    match (Axis::of_plane(a), Axis::of_plane(b)) {
-        (Some(axis), Some(_)) => !beyond_an_edge(axis, a, b) && !beyond_an_edge(axis, b, a),
-        (Some(_), None) => segment_meets(Segment::spanned_by(b), a),
-        (None, Some(_)) => segment_meets(Segment::spanned_by(a), b),
-        (None, None) => segments_meet(Segment::spanned_by(a), Segment::spanned_by(b)),
+fn coplanar_or_degenerate_meet(a: &[DVec3; 3], b: &[DVec3; 3], exact: &mut u32) -> bool {
+    let axes = [a, b].map(|triangle| Axis::of_plane_counted(triangle, exact));
+    match axes {
+        [Some(axis), Some(_)] => {
+            !beyond_an_edge(axis, a, b, exact) && !beyond_an_edge(axis, b, a, exact)
+        }
+        [Some(_), None] => segment_meets(Segment::spanned_by(b), a, exact),
+        [None, Some(_)] => segment_meets(Segment::spanned_by(a), b, exact),
+        [None, None] => segments_meet(Segment::spanned_by(a), Segment::spanned_by(b), exact),
     }
 }
 
 /// Whether `points` lie strictly beyond one edge of a coplanar triangle, whose plane projects one to one along `axis`.
-fn beyond_an_edge(axis: Axis, triangle: &[DVec3; 3], points: &[DVec3; 3]) -> bool {
+fn beyond_an_edge(axis: Axis, triangle: &[DVec3; 3], points: &[DVec3], exact: &mut u32) -> bool {
     let corners = triangle.map(|p| axis.project(p));
-    let points = points.map(|p| axis.project(p));
-    let outside = orient2d(corners[0], corners[1], corners[2]).opposite();
+    let outside = orient2d_counted(corners, exact).opposite();
     (0..3).any(|i| {
         let (u, v) = (corners[i], corners[(i + 1) % 3]);
-        points.map(|p| orient2d(u, v, p)) == [outside; 3]
+        points
+            .iter()
+            .all(|&p| orient2d_counted([u, v, axis.project(p)], exact) == outside)
     })
 }

@@ -1,5 +1,6 @@
 //! Many pairs of meshes in one call: the links of a robot, in one or many configurations.
 
+use std::borrow::Borrow;
 use std::collections::BTreeSet;
 
 use vertebra_spatial::Pose;
@@ -11,13 +12,16 @@ use crate::query::Query;
 
 /// Bodies that move against each other, and which pairs of them are of no interest.
 ///
+/// A body is a [`Collider`], or whatever borrows as one: instances of one shape are references to it, or `Arc`s.
+///
 /// ```
 /// use glam::{DVec3, Vec3};
 /// use vertebra_collision::{Collider, Links, TriangleMesh};
 /// use vertebra_spatial::Pose;
 ///
 /// let tile = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
-/// let bodies = vec![Collider::new(tile); 3];
+/// let tile = Collider::new(tile);
+/// let bodies = [&tile; 3];
 /// // Neighbours in the chain always touch.
 /// let links = Links::new(&bodies).ignore(0, 1)?.ignore(1, 2)?;
 /// assert_eq!(links.pairs(), [[0, 2]]);
@@ -29,15 +33,15 @@ use crate::query::Query;
 /// ```
 #[derive(Clone, Debug)]
 #[must_use]
-pub struct Links<'a> {
-    bodies: &'a [Collider],
+pub struct Links<'a, B = Collider> {
+    bodies: &'a [B],
     ignored: BTreeSet<[usize; 2]>,
     threads: usize,
 }
 
-impl<'a> Links<'a> {
+impl<'a, B: Borrow<Collider> + Sync> Links<'a, B> {
     /// All pairs of these bodies are of interest, and one thread works.
-    pub fn new(bodies: &'a [Collider]) -> Self {
+    pub fn new(bodies: &'a [B]) -> Self {
         Self {
             bodies,
             ignored: BTreeSet::new(),
@@ -49,13 +53,16 @@ impl<'a> Links<'a> {
     ///
     /// # Errors
     ///
-    /// [`QueryError::NoSuchBody`].
+    /// [`QueryError::NoSuchBody`]; [`QueryError::SameBody`] if the two are one.
     pub fn ignore(mut self, one: usize, other: usize) -> Result<Self, QueryError> {
         for body in [one, other] {
             if body >= self.bodies.len() {
                 let bodies = self.bodies.len();
                 return Err(QueryError::NoSuchBody { body, bodies });
             }
+        }
+        if one == other {
+            return Err(QueryError::SameBody { body: one });
         }
         self.ignored.insert([one.min(other), one.max(other)]);
         Ok(self)
@@ -105,7 +112,8 @@ impl<'a> Links<'a> {
         let answer = |item: usize| {
             let (configuration, pair) = (item / pairs.len(), pairs[item % pairs.len()]);
             let poses = configurations[configuration].as_ref();
-            Query::new(&self.bodies[pair[0]], &self.bodies[pair[1]])
+            let [a, b] = pair.map(|body| self.bodies[body].borrow());
+            Query::new(a, b)
                 .poses(poses[pair[0]], poses[pair[1]])
                 .and_then(|query| question(&query))
                 .map_err(|error| QueryError::InPair {

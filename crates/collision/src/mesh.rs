@@ -82,7 +82,8 @@ impl TriangleMesh {
     ///
     /// Coordinates are rounded to the nearest `f32`; triangles are numbered in the order of the file, whatever groups,
     /// objects and materials it has. Polygons of more than three vertices are divided into a fan from their first
-    /// vertex if they are planar and convex, and refused otherwise.
+    /// vertex if they are planar and convex, and refused otherwise: up to 1e-4 of the polygon's radius and 2^-20, a
+    /// millionth, of its largest coordinate.
     ///
     /// # Errors
     ///

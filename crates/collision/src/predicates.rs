@@ -183,7 +183,12 @@ impl Plane {
 
 /// On which side of the plane through `a`, `b`, `c` the point `d` lies: the sign of det(b - a, c - a, d - a).
 pub(crate) fn orient3d(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Sign {
-    Plane::through([a, b, c]).side(d, &mut 0)
+    orient3d_counted([a, b, c, d], &mut 0)
+}
+
+/// The same, counting in `exact` if the filter leaves it to expansions.
+pub(crate) fn orient3d_counted([a, b, c, d]: [DVec3; 4], exact: &mut u32) -> Sign {
+    Plane::through([a, b, c]).side(d, exact)
 }
 
 #[cold]
@@ -206,6 +211,20 @@ fn exact_orient3d(points: [DVec3; 4]) -> Sign {
 
 /// On which side of the line from `a` to `b` the point `c` lies; positive is to the left.
 pub(crate) fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> Sign {
+    orient2d_counted([a, b, c], &mut 0)
+}
+
+/// The same, counting in `exact` if the filter leaves it to expansions.
+///
+/// The filter is Shewchuk's: 3 u + 16 u^2, u = 2^-53, times the sum of the magnitudes of both products; 4 u is more.
+pub(crate) fn orient2d_counted([a, b, c]: [DVec2; 3], exact: &mut u32) -> Sign {
+    let (u, v) = (a - c, b - c);
+    let (left, right) = (u.x * v.y, u.y * v.x);
+    let determinant = left - right;
+    if determinant.abs() > 2.0 * f64::EPSILON * (left.abs() + right.abs()) {
+        return Sign::of(determinant);
+    }
+    *exact += 1;
     let coord = |p: DVec2| Coord { x: p.x, y: p.y };
     Sign::of(robust::orient2d(coord(a), coord(b), coord(c)))
 }
@@ -225,9 +244,14 @@ impl Axis {
     /// The choice is exact. A choice by the largest component of a rounded normal may take an axis along which a
     /// sliver vanishes.
     pub(crate) fn of_plane(triangle: &[DVec3; 3]) -> Option<Self> {
+        Self::of_plane_counted(triangle, &mut 0)
+    }
+
+    /// The same, counting in `exact` the signs that the filter leaves to expansions.
+    pub(crate) fn of_plane_counted(triangle: &[DVec3; 3], exact: &mut u32) -> Option<Self> {
         [Self::Z, Self::X, Self::Y].into_iter().find(|axis| {
-            let [a, b, c] = triangle.map(|p| axis.project(p));
-            orient2d(a, b, c) != Sign::Zero
+            let corners = triangle.map(|p| axis.project(p));
+            orient2d_counted(corners, exact) != Sign::Zero
         })
     }
 

@@ -5,14 +5,19 @@ use std::ops::ControlFlow;
 
 use glam::{DVec2, DVec3};
 
+use crate::all_pairs::ExactTest;
 use crate::bounds::Bounds;
+use crate::criterion::Criterion;
+use crate::culling::Culling;
 use crate::curves::{Builder, Corners, Curves};
+use crate::exact::Decision;
 use crate::meeting::{Meeting, Simplex, corners};
 use crate::mesh::TriangleMesh;
 use crate::operand::Operand;
 use crate::parallel;
 use crate::predicates::{Axis, Plane, Sign, orient2d, strictly_one_side};
-use crate::sink::{Any, Count, Mask, Pairs, Sink, run};
+use crate::sink::{Any, Count, Mask, Pairs, Sink, Statistics, run};
+use crate::transform::RelativePose;
 use crate::traverse::TreeTest;
 
 /// A question about the triangles of one mesh that meet each other where they should not.
@@ -41,6 +46,7 @@ use crate::traverse::TreeTest;
 #[must_use]
 pub struct SelfQuery<'a> {
     operand: Operand<'a>,
+    culling: Culling,
     threads: usize,
 }
 
@@ -49,8 +55,15 @@ impl<'a> SelfQuery<'a> {
     pub fn new(mesh: impl Into<Operand<'a>>) -> Self {
         Self {
             operand: mesh.into(),
+            culling: Culling::default(),
             threads: 1,
         }
+    }
+
+    /// Chooses how pairs are culled.
+    pub fn culling(mut self, culling: Culling) -> Self {
+        self.culling = culling;
+        self
     }
 
     /// Uses at most this many threads of the current rayon pool; 0 uses all of them. Without the feature `rayon` there
@@ -102,19 +115,34 @@ impl<'a> SelfQuery<'a> {
         builder.finish()
     }
 
+    /// How often each stage of the exact test decides, over the pairs that [`count`](Self::count) looks at. Neighbours
+    /// that meet in their common corners only are settled before, and are not among them.
+    #[must_use]
+    pub fn statistics(&self) -> Statistics {
+        let parts = self.run(Statistics::default).into_iter();
+        parts.fold(Statistics::default(), |sum, part| sum.merge(&part))
+    }
+
     fn run<S: Sink>(&self, new_sink: impl Fn() -> S + Send + Sync) -> Vec<S> {
         let threads = parallel::available(self.threads);
-        let everything = Bounds::of(self.operand.mesh().vertices());
-        let tree = self.operand.tree(&everything, threads);
+        let mesh = self.operand.mesh();
         let neighbours = Neighbours {
-            mesh: tree.mesh,
+            mesh,
             places: self.operand.places(),
         };
-        let test = TreeTest::of_itself(&tree, threads);
-        let sinks = run(&test, threads, || Beyond {
+        let new_sink = || Beyond {
             sink: new_sink(),
             neighbours: &neighbours,
-        });
+        };
+        let sizes = [mesh.len(); 2];
+        let sinks = if self.culling.uses_bvh(sizes, self.operand.unprepared()) {
+            let everything = Bounds::of(mesh.vertices());
+            let tree = self.operand.tree(&everything, threads);
+            run(&TreeTest::of_itself(&tree, threads), threads, new_sink)
+        } else {
+            let test = ExactTest::new(mesh, mesh, &RelativePose::IDENTITY, Criterion::Meet);
+            run(&test, threads, new_sink)
+        };
         sinks.into_iter().map(|beyond| beyond.sink).collect()
     }
 }
@@ -127,7 +155,11 @@ struct Beyond<'a, S> {
 
 impl<S: Sink> Sink for Beyond<'_, S> {
     fn wants(&self, pair: [u32; 2]) -> bool {
-        self.sink.wants(pair) && self.neighbours.may_count(pair)
+        pair[0] < pair[1] && self.sink.wants(pair) && self.neighbours.may_count(pair)
+    }
+
+    fn decided(&mut self, decision: &Decision) {
+        self.sink.decided(decision);
     }
 
     fn hit(&mut self, pair: [u32; 2]) -> ControlFlow<()> {

@@ -160,7 +160,7 @@ pub struct Statistics {
     pub degenerate: u64,
     /// Pairs of which an orientation sign needed more than `f64`, in whatever stage.
     pub beyond_filter: u64,
-    /// Orientation signs in three dimensions that needed more than `f64`.
+    /// Orientation signs, of four points in space or three in a plane, that needed more than `f64`.
     pub signs_beyond_filter: u64,
     /// Pairs that meet.
     pub hits: u64,

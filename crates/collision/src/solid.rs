@@ -10,6 +10,7 @@ use crate::error::QueryError;
 use crate::exact::triangles_intersect;
 use crate::mesh::TriangleMesh;
 use crate::operand::Operand;
+use crate::parallel;
 use crate::places::Places;
 use crate::predicates::{Sign, orient2d, orient3d};
 use crate::query::Query;
@@ -59,6 +60,7 @@ pub enum Location {
 pub struct Solid<'a> {
     operand: Operand<'a>,
     tree: Tree<'a>,
+    threads: usize,
 }
 
 impl<'a> Solid<'a> {
@@ -72,7 +74,32 @@ impl<'a> Solid<'a> {
         check_closed(operand.mesh())?;
         let everything = Bounds::of(operand.mesh().vertices());
         let tree = operand.tree(&everything, 1);
-        Ok(Self { operand, tree })
+        Ok(Self {
+            operand,
+            tree,
+            threads: 1,
+        })
+    }
+
+    /// Uses at most this many threads of the current rayon pool for many points and for meshes; 0 uses all of them, and
+    /// one is the default.
+    #[must_use]
+    pub fn threads(mut self, threads: usize) -> Self {
+        self.threads = threads;
+        self
+    }
+
+    /// Where each of many points is, in their order: as [`locate`](Self::locate) says of one.
+    ///
+    /// # Errors
+    ///
+    /// [`QueryError::NonFinitePoint`] with the first such point.
+    pub fn locate_all(&self, points: &[DVec3]) -> Result<Vec<Location>, QueryError> {
+        let threads = parallel::available(self.threads);
+        let locate = |index: usize| self.locate(points[index]);
+        parallel::map(threads, points.len(), locate)
+            .into_iter()
+            .collect()
     }
 
     /// Where a point is, in the frame of the mesh \[m]. Coordinates below 2^-401 in magnitude count as zero.
@@ -136,7 +163,8 @@ impl<'a> Solid<'a> {
         pose: &RelativePose,
     ) -> Result<bool, QueryError> {
         let other = other.into();
-        if Query::new(self.operand, other).relative(*pose).any()? {
+        let query = Query::new(self.operand, other).relative(*pose);
+        if query.threads(self.threads).any()? {
             return Ok(false);
         }
         for vertex in one_vertex_a_part(other.mesh()) {

@@ -87,6 +87,18 @@ impl RelativePose {
         BoxPose::inverse(&self.rows, self.translation)
     }
 
+    /// The rows r0, r1 and r2 of the matrix that turns B's coordinates into A's, by coordinate of A.
+    #[must_use]
+    pub fn rows(&self) -> [DVec3; 3] {
+        self.rows
+    }
+
+    /// Where B's origin is in A \[m].
+    #[must_use]
+    pub fn translation(&self) -> DVec3 {
+        self.translation
+    }
+
     /// Where a vertex of B is in A: `((r0*x + r1*y) + r2*z) + t` per coordinate, in this order \[m].
     #[must_use]
     pub fn apply(&self, vertex: Vec3) -> DVec3 {
@@ -187,7 +199,7 @@ mod tests {
         let rotation = DQuat::from_xyzw(0.1, -0.5, 0.3, 0.7);
         let pose = Pose::new(rotation.normalize(), DVec3::new(0.7, -0.3, 0.2));
         let relative = RelativePose::between(&Pose::IDENTITY, &pose).unwrap();
-        let RelativePose { rows, translation } = relative;
+        let (rows, translation) = (relative.rows(), relative.translation());
         let mut other_order_differs = false;
         for i in 0..100_u8 {
             let i = f32::from(i);

@@ -97,9 +97,10 @@ impl<'a> TreeTest<'a> {
         threads: usize,
     ) -> Self {
         let in_place = *pose == RelativePose::IDENTITY;
-        // Descending the smaller tree makes for fewer and longer lists.
+        // Descending the smaller tree makes for fewer and longer lists; but rounded bounds on distances should be those
+        // from A to B, whatever is descended.
         let worth = if in_place { 1 } else { WORTH_POSING };
-        let descends_a = a.mesh.len() * worth < b.mesh.len();
+        let descends_a = criterion == Criterion::Meet && a.mesh.len() * worth < b.mesh.len();
         let boxes = (!in_place).then(|| {
             if descends_a {
                 pose.inverse_boxes()

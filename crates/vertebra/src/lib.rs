@@ -16,9 +16,9 @@ pub use vertebra_assembly::{
     State, Units, generate, schedule,
 };
 pub use vertebra_collision::{
-    self as collision, Collider, Culling, Curves, DistanceBounds, Links, Location, MeshError,
-    Method, PairClass, PlyPart, Query, QueryError, RelativePose, SelfQuery, Solid, TriangleMesh,
-    write_ply,
+    self as collision, ClassifiedPair, ClosePair, Collider, Culling, Curve, CurvePoint, Curves,
+    DistanceBounds, Links, Location, MeshError, Method, Operand, PairClass, PlyPart, PoseProblem,
+    Query, QueryError, RelativePose, SelfQuery, Side, Solid, Statistics, TriangleMesh, write_ply,
 };
 pub use vertebra_dynamics::{
     self as dynamics, Algorithm, Batch, BodyForce, BodyMotion, Choice, DcaOptions, DcaWorkspace,

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::polygon;
-use super::text::{coordinates, number, parse, syntax, without_mark, words};
+use super::text::{coordinates, parse, syntax, without_mark, words};
 use crate::error::{MeshError, Place};
 use crate::mesh::{TriangleMesh, check_count};
 
@@ -11,6 +11,9 @@ use crate::mesh::{TriangleMesh, check_count};
 const KEYWORDS: [&[u8]; 8] = [
     b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"STCOFF", b"STNOFF", b"STCNOFF",
 ];
+
+/// Numbers that a vertex can have beside its coordinates: a normal, a colour and texture coordinates.
+const MOST_BESIDE: usize = 3 + 4 + 2;
 
 pub(crate) fn read(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
     let mut lines = Lines {
@@ -39,21 +42,27 @@ pub(crate) fn read(bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
         }
     }
     let mut counts = words(first).map(parse::<u64>);
-    let (Some(Some(vertex_count)), Some(Some(face_count))) = (counts.next(), counts.next()) else {
+    let (Some(Some(vertex_count)), Some(Some(face_count)), None | Some(Some(_))) =
+        (counts.next(), counts.next(), counts.next())
+    else {
         return Err(syntax(
             lines.line,
             "the numbers of vertices and of faces",
             first,
         ));
     };
+    if counts.next().is_some() {
+        let expected = "the counts on a line of their own, then one vertex or face a line";
+        return Err(syntax(lines.line, expected, first));
+    }
 
     let mut vertices = Vec::new();
     for _ in 0..vertex_count {
         let line = lines.next("a vertex")?;
         let mut words = words(line);
         vertices.push(Vec3::from_array(coordinates(lines.line, &mut words)?));
-        for word in words {
-            number(lines.line, word)?;
+        if pass_over(lines.line, words)? > MOST_BESIDE {
+            return Err(syntax(lines.line, "one vertex a line", line));
         }
     }
     check_count("vertices", vertices.len())?;
@@ -96,10 +105,18 @@ fn face(line: usize, text: &[u8], vertices: usize, ids: &mut Vec<u32>) -> Result
             }
         }
     }
-    for word in words {
-        number(line, word)?;
-    }
+    pass_over(line, words)?;
     Ok(())
+}
+
+/// Checks that the rest of a line is numbers, which may be NaN, and says how many.
+fn pass_over<'a>(line: usize, words: impl Iterator<Item = &'a [u8]>) -> Result<usize, MeshError> {
+    let mut count = 0;
+    for word in words {
+        parse::<f64>(word).ok_or_else(|| syntax(line, "a decimal number", word))?;
+        count += 1;
+    }
+    Ok(count)
 }
 
 struct Lines<'a> {

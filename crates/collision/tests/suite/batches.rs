@@ -93,6 +93,12 @@ fn links_of_a_robot() {
             .unwrap()
             .is_empty()
     );
+    // Instances of one shape need no copies of it.
+    let [sphere, cylinder] = [0, 1].map(|i: usize| &bodies[i]);
+    let instances = [sphere, cylinder, cylinder, sphere, cylinder];
+    let links = Links::new(&instances).ignore(0, 1).unwrap();
+    let links = links.ignore(2, 3).unwrap();
+    assert_eq!(links.ask(&configurations, |q| q.pairs()).unwrap(), expected);
     // Nothing is left to ask about, and a lone body.
     let alone = Links::new(&bodies[..1]);
     let answers = alone.ask(&[[Pose::IDENTITY]; 3], |q| q.any()).unwrap();
@@ -104,6 +110,8 @@ fn links_refuse_what_does_not_fit() {
     let bodies = [(); 2].map(|()| Collider::new(gold_mesh("cylinder")));
     let error = Links::new(&bodies).ignore(0, 2).unwrap_err();
     assert_eq!(error, QueryError::NoSuchBody { body: 2, bodies: 2 });
+    let error = Links::new(&bodies).ignore(1, 1).unwrap_err();
+    assert_eq!(error, QueryError::SameBody { body: 1 });
     let links = Links::new(&bodies);
     let error = links.ask(&[vec![Pose::IDENTITY; 2], vec![Pose::IDENTITY]], |q| {
         q.any()
@@ -126,9 +134,10 @@ fn links_refuse_what_does_not_fit() {
     else {
         panic!("{error:?}")
     };
-    assert!(
-        error
-            .to_string()
-            .starts_with("bodies 0 and 1 in configuration 1: the pose of mesh A")
+    assert_eq!(
+        error.to_string(),
+        "the question about bodies 0 and 1 in configuration 1 failed"
     );
+    let cause = std::error::Error::source(&error).unwrap().to_string();
+    assert!(cause.starts_with("the pose of mesh A"), "{cause}");
 }

@@ -1,7 +1,7 @@
 //! Hierarchies against all pairs: the same answers, whatever the meshes, the poses, the threads and what is prepared.
 
 use crate::support::{Random, gold_mesh};
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec2, Vec3};
 use vertebra_collision::{
     Collider, Culling, MeshError, Query, SelfQuery, Statistics, TriangleMesh,
 };
@@ -229,6 +229,50 @@ fn degradation_has_no_unit() {
     assert_eq!(Collider::new(point).degradation(), 1.0);
 }
 
+/// A sheet twisted about its middle, so that what was close no longer is: one vertex far away neither hides that nor looks
+/// like it, and building again mends it.
+#[test]
+fn degradation_is_not_hidden_by_a_vertex_far_away() {
+    let size = 60_u32;
+    let side = size + 1;
+    let flat = (0..side * side).map(|i| Vec3::new((i % side) as f32, (i / side) as f32, 0.0));
+    let triangles = (0..size * size).flat_map(|i| {
+        let corner = i / size * side + i % size;
+        [
+            [corner, corner + 1, corner + side],
+            [corner + 1, corner + side, corner + side + 1],
+        ]
+    });
+    let sheet = TriangleMesh::new(flat.collect(), triangles.collect()).unwrap();
+    let built = Collider::new(sheet);
+    let degraded = |vertices: Vec<Vec3>| {
+        let mut collider = built.clone();
+        collider.set_vertices(vertices).unwrap();
+        let before = collider.degradation();
+        collider.rebuild();
+        assert_eq!(collider.degradation(), 1.0);
+        before
+    };
+    let far = |mut vertices: Vec<Vec3>| {
+        vertices[77] = Vec3::splat(1e5);
+        vertices
+    };
+    let flat = built.mesh().vertices().to_vec();
+    let twisted: Vec<Vec3> = flat
+        .iter()
+        .map(|v| {
+            let from_middle = v.truncate() - size as f32 / 2.0;
+            let turned = Vec2::from_angle(from_middle.length()).rotate(from_middle);
+            turned.extend(0.0)
+        })
+        .collect();
+    let (alone, hidden) = (degraded(twisted.clone()), degraded(far(twisted)));
+    assert!(alone > 1.5, "{alone}");
+    assert!((hidden / alone - 1.0).abs() < 0.1, "{hidden} {alone}");
+    let unharmed = degraded(far(flat));
+    assert!((unharmed - 1.0).abs() < 0.1, "{unharmed}");
+}
+
 /// Threads only share the work of building.
 #[test]
 fn hierarchies_do_not_depend_on_threads() {
@@ -301,5 +345,36 @@ fn many_threads_on_lopsided_meshes() {
     for threads in [2, 3, 8] {
         let collider = pool.install(|| Collider::on_threads(mesh.clone(), threads));
         assert_eq!(format!("{collider:?}"), one, "{threads}");
+    }
+}
+
+/// Signs of contacts are zero, which no filter decides: in space six for two triangles of a plane; in the plane those of
+/// corners on the line of a side; and all of triangles of zero area.
+#[test]
+fn signs_are_counted_in_all_stages() {
+    let one = |corners: [[f32; 3]; 3]| {
+        TriangleMesh::new(corners.map(Vec3::from).to_vec(), vec![[0, 1, 2]]).unwrap()
+    };
+    let triangle = one([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]]);
+    let segment = one([[1.0, 1.0, 0.0], [1.0, 1.0, 2.0], [1.0, 1.0, 1.0]]);
+    for (a, b, signs) in [
+        // In one plane, apart; and with a corner on a side, the line of which decides nothing.
+        (
+            &triangle,
+            one([[4.0, 1.0, 0.0], [4.0, 3.0, 0.0], [3.0, 3.0, 0.0]]),
+            6..7,
+        ),
+        (
+            &triangle,
+            one([[2.0, 2.0, 0.0], [4.0, 3.0, 0.0], [3.0, 4.0, 0.0]]),
+            7..9,
+        ),
+        // The triangle against a line has three zero signs and one of the line's end; then the same of the segment.
+        (&triangle, segment.clone(), 5..20),
+        (&segment, segment.clone(), 10..40),
+    ] {
+        let found = Query::new(a, &b).statistics().unwrap();
+        assert_eq!([found.pairs, found.degenerate, found.beyond_filter], [1; 3]);
+        assert!(signs.contains(&found.signs_beyond_filter), "{found:?}");
     }
 }

@@ -194,6 +194,38 @@ fn close_pairs_are_all_there() {
     assert!(ties > 50, "{ties}");
 }
 
+/// A smaller than B, both in place: the case in which trees could change places. Asked for each pair's own lower bound, and
+/// for any less, so that the last bit of it decides; and with triangles so long that bounds are wider than boxes are off.
+#[test]
+fn ties_do_not_depend_on_culling() {
+    let mut random = Random::new(74);
+    let mut mesh = |count: u32, length: f32| {
+        let stretch = Vec3::new(1.0, length, 1.0);
+        let vertices =
+            (0..3 * count).map(|i| (random.point() + Vec3::X * i as f32 * 0.3) * stretch);
+        let triangles = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+        TriangleMesh::new(vertices.collect(), triangles.collect()).unwrap()
+    };
+    for length in [1.0, 1e7] {
+        let (few, many) = (mesh(5, length), mesh(40, length));
+        let query = Query::new(&few, &many);
+        let all = query.within(200.0 * f64::from(length)).unwrap();
+        assert_eq!(all.len(), 200);
+        let apart = all.iter().filter(|pair| pair.distance.lower > 0.0);
+        let distances: Vec<f64> = apart
+            .map(|pair| pair.distance.lower)
+            .flat_map(|lower| [lower, lower.next_down(), f64::from(lower as f32)])
+            .collect();
+        assert!(distances.len() > 400, "{}", distances.len());
+        for distance in distances {
+            let pairs = |culling| query.clone().culling(culling).within(distance).unwrap();
+            let expected = pairs(Culling::AllPairs);
+            assert_eq!(pairs(Culling::Bvh), expected, "{distance}");
+            assert_eq!(pairs(Culling::Auto), expected, "{distance}");
+        }
+    }
+}
+
 #[test]
 fn gold_meshes_by_trees_and_all_pairs() {
     let (a, b) = (gold_mesh("sphere"), gold_mesh("cylinder"));

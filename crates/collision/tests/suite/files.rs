@@ -419,13 +419,16 @@ fn read_goes_by_extension_and_names_the_file() {
         MeshError::Read { kind }
     );
     let bad = file("bad.obj", b"v 0 0 0\nf 1 2 3\n");
-    let message = TriangleMesh::read(&bad).unwrap_err().to_string();
+    let error = TriangleMesh::read(&bad).unwrap_err();
+    let path = bad.display();
     assert_eq!(
-        message,
-        format!(
-            "{}: line 2: the face names vertex 2, but there are 1 (counted from 1, negative from the end)",
-            bad.display()
-        )
+        error.to_string(),
+        format!("the mesh file {path} cannot be used")
+    );
+    let cause = std::error::Error::source(&error).unwrap().to_string();
+    assert_eq!(
+        cause,
+        "line 2: the face names vertex 2, but there are 1 (counted from 1, negative from the end)"
     );
 }
 

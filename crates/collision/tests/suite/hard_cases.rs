@@ -237,7 +237,6 @@ fn meshes_of_no_and_of_one_triangle() {
 
 /// A plane cuts every triangle of a terrain of ten million. It takes some seconds and 1.5 GB.
 #[test]
-#[ignore = "takes seconds and more than a gigabyte"]
 fn ten_million_triangles() {
     let size = 2236_u32;
     let side = size + 1;

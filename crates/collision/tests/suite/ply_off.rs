@@ -202,6 +202,17 @@ fn header_errors_name_the_line() {
             vertices: 3
         })
     );
+    let count = -3;
+    let error = ply(&header
+        .replace("3 0 1 2", "-3 0 1 2")
+        .replace("uchar int", "char int"));
+    assert_eq!(error, Err(MeshError::NegativeCount { place, count }));
+    let strips = "element tristrips 1\nproperty list int int vertex_indices\nend_header\n";
+    let error = ply(&header.replace("end_header\n", strips)).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "line 9: expected triangles in an element `face`, not in strips, found `element tristrips 1`"
+    );
     assert_eq!(
         ply(&header.replace("3 0 1 2", "2 0 1")),
         Err(MeshError::Polygon {
@@ -297,6 +308,14 @@ fn binary_errors_name_the_element() {
             with(75, &[0xff, 0xff]),
             MeshError::Truncated { .. }
         ));
+        // A list of so many flags, whose count is signed.
+        let place = Place::Element {
+            element: "face",
+            index: 0,
+            byte: start as u64 + 75,
+        };
+        let count = -2;
+        assert_eq!(with(93, &[0xfe]), MeshError::NegativeCount { place, count });
         // A square that is bent.
         let error = with(14, &[100]);
         assert!(matches!(
@@ -319,6 +338,9 @@ fn off_errors_name_the_line() {
         ("5 2 0", "5 -2 0", 2),
         ("1.5 0 0", "1.5 0", 4),
         ("1.5 0 0", "1.5 0 0 red", 4),
+        ("5 2 0", "5 2 0 0", 2),
+        ("5 2 0", "5 2 edges", 2),
+        ("1.5 0 0", "1.5 0 0 0 0 1 1 0 0 1 0 0 0", 4),
         ("4 0 1 2 3", "four 0 1 2 3", 9),
         ("3 4 3 2", "3 4 3", 10),
         ("3 4 3 2", "3 4 3 2.5", 10),
@@ -358,6 +380,13 @@ fn off_errors_name_the_line() {
         })
     );
     assert_eq!(off("OFF 0 0 0"), Err(MeshError::Empty));
+    // All on one line.
+    let error = off("OFF 3 1 0 0 0 0 1 0 0 0 1 0 3 0 1 2").unwrap_err();
+    let expected = "line 1: expected the counts on a line of their own, then one vertex or face a line, found ";
+    assert!(error.to_string().starts_with(expected), "{error}");
+    // What is passed over need not be finite.
+    let normals = "NOFF\n3 1 0\n0 0 0 nan nan nan\n1 0 0 0 0 1\n0 1 0 0 0 inf\n3 0 1 2\n";
+    assert_eq!(off(normals).unwrap().len(), 1);
     assert!(matches!(
         off(""),
         Err(MeshError::Syntax { line: 1 | 2, .. })

@@ -1,9 +1,10 @@
-//! Pairs on which published triangle tests have erred.
+//! Pairs on which published triangle tests have erred, each with the report (project#number on GitHub) it is from.
 
-use crate::support::{ORDERS, Random, Triangle, oracle};
+use crate::support::{ORDERS, Random, Triangle, oracle, wide};
 use glam::{DVec3, Vec3};
 use vertebra_collision::exact::triangles_intersect;
 use vertebra_collision::moller::{DEFAULT_EPSILON, PlanedTriangle};
+use vertebra_collision::{Query, SelfQuery, TriangleMesh};
 
 /// Checks the answer, and that rational arithmetic gives it, in all 72 relabellings.
 fn check(what: &str, a: [[f64; 3]; 3], b: [[f64; 3]; 3], expected: bool) {
@@ -30,13 +31,13 @@ fn check(what: &str, a: [[f64; 3]; 3], b: [[f64; 3]; 3], expected: bool) {
 #[test]
 fn coplanar_missed_by_the_printed_decision_tree() {
     check(
-        "region IV.b",
+        "LokiResearch/fast-triangle-triangle-intersection#3",
         [[-1.0, 0.0, 0.0], [2.0, 0.0, -2.0], [2.0, 0.0, 2.0]],
         [[0.551, 0.0, -0.796], [1.224, 0.0, 0.326], [3.469, 0.0, 1.0]],
         true,
     );
     check(
-        "corner cut",
+        "LokiResearch/fast-triangle-triangle-intersection#3, second",
         [[0.0, 0.0, 0.0], [0.0, 0.0, 8.0], [8.0, 0.0, 0.0]],
         [[2.0, 0.0, 2.0], [1.0, 0.0, 4.0], [9.0, 0.0, 0.0]],
         true,
@@ -47,7 +48,7 @@ fn coplanar_missed_by_the_printed_decision_tree() {
 #[test]
 fn disjoint_but_hit_in_double_precision() {
     check(
-        "a step apart",
+        "benardp/contours#1",
         [
             [12.3015, -0.253368, 5.49101],
             [18.6765, -2.55337, 4.91756],
@@ -60,19 +61,113 @@ fn disjoint_but_hit_in_double_precision() {
         ],
         false,
     );
+    let a = [
+        [0.392347991466522, 0.384436011314392, 0.447445005178452],
+        [0.39079749584197976, 0.3850367590785025, 0.45253425091505073],
+        [0.387003496289253, 0.38789276033639897, 0.45634675025939975],
+    ];
+    let b = [
+        [0.3892470002174375, 0.385637506842613, 0.4576234966516495],
+        [0.39279749989509577, 0.37299175560474374, 0.455539248883724],
+        [0.3876965045928953, 0.3862382546067235, 0.4627127423882482],
+    ];
+    check("libigl/libigl#2382", a, b, false);
+    // The false hit was gone ten times as large.
+    let larger = |t: [[f64; 3]; 3]| t.map(|p| p.map(|x| 10.0 * x));
+    check("libigl/libigl#2382, tenfold", larger(a), larger(b), false);
+}
+
+/// A triangle divided twice, nearly flat, in which five pairs were found that meet beyond their common corners. Rounded to
+/// `f32` it is other triangles: what they do, exact arithmetic says.
+#[test]
+fn subdivided_patch() {
+    // libigl/libigl#2381
+    let corners: [[f64; 3]; 15] = [
+        [0.280039012432098, 0.827663004398346, 0.463775008916855],
+        [0.33890101313591, 0.788042008876801, 0.488126993179321],
+        [0.318053007125854, 0.768364012241364, 0.493088006973267],
+        [0.309470012784004, 0.807852506637573, 0.475951001048088],
+        [0.299046009778976, 0.798013508319855, 0.47843150794506],
+        [0.328477010130882, 0.778203010559082, 0.490607500076294],
+        [0.294754512608051, 0.81775775551796, 0.469863004982472],
+        [0.289542511105537, 0.8128382563591, 0.471103258430958],
+        [0.324185512959957, 0.797947257757187, 0.482038997113705],
+        [0.333689011633396, 0.783122509717942, 0.489367246627808],
+        [0.308549508452415, 0.783188760280609, 0.485759757459164],
+        [0.323265008628368, 0.773283511400223, 0.49184775352478],
+        [0.30425801128149, 0.802933007478714, 0.477191254496574],
+        [0.318973511457443, 0.793027758598328, 0.483279250562191],
+        [0.313761509954929, 0.788108259439469, 0.484519504010678],
+    ];
+    let triangles = vec![
+        [2, 11, 10],
+        [1, 8, 9],
+        [0, 7, 6],
+        [3, 12, 13],
+        [5, 14, 11],
+        [3, 13, 8],
+        [4, 12, 7],
+        [4, 14, 12],
+        [4, 10, 14],
+        [5, 9, 13],
+        [3, 6, 12],
+        [5, 13, 14],
+        [14, 10, 11],
+        [13, 9, 8],
+        [12, 6, 7],
+        [14, 13, 12],
+    ];
+    let vertices = corners.map(|p| DVec3::from(p).as_vec3()).to_vec();
+    let patch = TriangleMesh::new(vertices, triangles).unwrap();
+    assert_eq!(SelfQuery::new(&patch).pairs(), [[0; 2]; 0]);
+    let wide = wide(&patch);
+    let mut expected = Vec::new();
+    for (i, a) in (0..).zip(&wide) {
+        for (j, b) in (0..).zip(&wide) {
+            if oracle(a, b) {
+                expected.push([i, j]);
+            }
+        }
+    }
+    assert_eq!(Query::new(&patch, &patch).pairs().unwrap(), expected);
+}
+
+/// A corner on a face: the segment that was constructed there had no length, and an assertion failed.
+#[test]
+fn corner_on_a_face() {
     check(
-        "strip of a subdivided patch",
+        "CGAL/cgal#2319",
         [
-            [0.392347991466522, 0.384436011314392, 0.447445005178452],
-            [0.39079749584197976, 0.3850367590785025, 0.45253425091505073],
-            [0.387003496289253, 0.38789276033639897, 0.45634675025939975],
+            [
+                0.04576947784423828,
+                0.07539492797851563,
+                0.01373538398742676,
+            ],
+            [
+                0.03664541244506836,
+                0.06001359558105469,
+                0.01373538398742676,
+            ],
+            [
+                0.04964596557617187,
+                0.05009873580932617,
+                0.01373538398742676,
+            ],
         ],
         [
-            [0.3892470002174375, 0.385637506842613, 0.4576234966516495],
-            [0.39279749989509577, 0.37299175560474374, 0.455539248883724],
-            [0.3876965045928953, 0.3862382546067235, 0.4627127423882482],
+            [
+                0.04411455535888672,
+                0.06683123779296875,
+                0.01373538398742676,
+            ],
+            [0.0444151611328125, 0.06636723327636719, 0.01425909328460693],
+            [
+                0.04411455535888672,
+                0.06630753326416015,
+                0.01425909328460693,
+            ],
         ],
-        false,
+        true,
     );
 }
 
@@ -80,7 +175,7 @@ fn disjoint_but_hit_in_double_precision() {
 #[test]
 fn answer_once_depended_on_the_order_of_corners() {
     check(
-        "shared corner in a plane y = constant",
+        "llnl/axom#152",
         [
             [76.648, 54.6752, 15.0012],
             [76.648, 54.6752, 14.5542],
@@ -99,7 +194,7 @@ fn answer_once_depended_on_the_order_of_corners() {
 #[test]
 fn perpendicular_and_near_coplanar() {
     check(
-        "answers differed by the order of the triangles",
+        "gkjohnson/three-mesh-bvh#655: answers differed by the order of the triangles",
         [
             [32.22699737548828, 1.2630000114440918, -11.8149995803833],
             [31.316997528076172, 1.2630000114440918, -11.739999771118164],
@@ -113,7 +208,7 @@ fn perpendicular_and_near_coplanar() {
         false,
     );
     check(
-        "a plane that is slightly bent, by one order only",
+        "gkjohnson/three-mesh-bvh#538: a plane that is slightly bent, by one order only",
         [
             [-5.781455993652344, -7.291503906249993, -30.0],
             [-5.781455993652344, -7.291503906250007, 30.0],
@@ -127,7 +222,7 @@ fn perpendicular_and_near_coplanar() {
         true,
     );
     check(
-        "an assertion failed in place of an answer",
+        "BrunoLevy/geogram#10: an assertion failed in place of an answer",
         [
             [1898.68, 775.0, 1158.48],
             [2000.0, 775.0, 1166.7],
@@ -147,7 +242,7 @@ fn perpendicular_and_near_coplanar() {
         false,
     );
     check(
-        "edge through a nearly parallel triangle",
+        "gkjohnson/three-mesh-bvh#543: edge through a nearly parallel triangle",
         [
             [-15.430519104003906, 29.432968139648445, -25.0],
             [-15.430519104003906, 29.43296813964843, 25.0],

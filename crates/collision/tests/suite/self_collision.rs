@@ -6,7 +6,7 @@ use crate::support::{
 };
 use glam::{DVec3, Vec3};
 use num_traits::{Signed, Zero};
-use vertebra_collision::{Collider, SelfQuery, TriangleMesh};
+use vertebra_collision::{Collider, Culling, SelfQuery, TriangleMesh};
 
 /// Whether two triangles meet in a point that is not in the hull of their common corners; or are the same.
 fn expected(a: &Triangle, b: &Triangle) -> bool {
@@ -54,8 +54,10 @@ fn check(mesh: &TriangleMesh) -> usize {
     }
     let collider = Collider::new(mesh.clone());
     for query in [SelfQuery::new(mesh), SelfQuery::new(&collider)] {
-        for threads in [1, 2, 0] {
-            let query = query.clone().threads(threads);
+        let cullings = [Culling::Auto, Culling::AllPairs, Culling::Bvh];
+        for (threads, culling) in [1, 2, 0].into_iter().zip(cullings) {
+            let query = query.clone().threads(threads).culling(culling);
+            assert_eq!(query.statistics().hits, pairs.len() as u64);
             assert_eq!(query.pairs(), pairs);
             assert_eq!(query.count(), pairs.len() as u64);
             assert_eq!(query.any(), !pairs.is_empty());

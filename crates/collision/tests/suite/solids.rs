@@ -201,3 +201,27 @@ fn open_meshes_are_named() {
     let seam = TriangleMesh::new(cube.vertices().to_vec(), seam).unwrap();
     assert!(Solid::new(&seam).is_ok());
 }
+
+/// Many points at once are one by one, in order, on any number of threads.
+#[test]
+fn many_points() {
+    let mesh = gold_mesh("sphere");
+    let mut random = Random::new(95);
+    let size = f64::from(mesh.vertices()[0].length());
+    let mut points: Vec<DVec3> = (0..500).map(|_| random.point().as_dvec3() * size).collect();
+    points.push(mesh.vertices()[7].as_dvec3());
+    let solid = Solid::new(&mesh).unwrap();
+    let expected: Vec<Location> = points.iter().map(|&p| solid.locate(p).unwrap()).collect();
+    for location in [Location::Inside, Location::OnSurface, Location::Outside] {
+        assert!(expected.contains(&location), "{location:?}");
+    }
+    for threads in [1, 2, 0] {
+        let solid = Solid::new(&mesh).unwrap().threads(threads);
+        assert_eq!(solid.locate_all(&points).unwrap(), expected);
+        let mut broken = points.clone();
+        (broken[20].y, broken[400].y) = (f64::INFINITY, f64::NEG_INFINITY);
+        let point = broken[20].to_array();
+        let error = solid.locate_all(&broken).unwrap_err();
+        assert_eq!(error, QueryError::NonFinitePoint { point });
+    }
+}

@@ -144,6 +144,9 @@ impl<'a> Header<'a> {
                     if role != Role::Other && elements.iter().any(|e| e.role == role) {
                         return Err(malformed("`vertex` and `face` once"));
                     }
+                    if name == b"tristrips" && count > 0 {
+                        return Err(malformed("triangles in an element `face`, not in strips"));
+                    }
                     elements.push(Element {
                         role,
                         count,

@@ -36,7 +36,7 @@ fn read_body(header: &Header<'_>, mut source: impl Source) -> Result<TriangleMes
         for (index, _) in (0..).zip(0..count) {
             source.start(element.role, index)?;
             let start = source.position();
-            let position = read_element(element, &mut source, &mut faces.corners)?;
+            let position = read_element(element, &mut source, &mut faces.corners, (index, start))?;
             match element.role {
                 Role::Vertex => vertices.push(position),
                 Role::Face => faces.starts_and_ends.push((start, faces.corners.len())),
@@ -74,11 +74,12 @@ fn read_body(header: &Header<'_>, mut source: impl Source) -> Result<TriangleMes
     TriangleMesh::new(vertices, triangles)
 }
 
-/// Reads one element: the position of a vertex, and the corners of a face.
+/// Reads one element, which starts there: the position of a vertex, and the corners of a face.
 fn read_element(
     element: &Element,
     source: &mut impl Source,
     corners: &mut Vec<i64>,
+    (index, start): (usize, usize),
 ) -> Result<Vec3, MeshError> {
     let mut position = Vec3::ZERO;
     for property in &element.properties {
@@ -86,6 +87,10 @@ fn read_element(
             Some(number) => source.integer(number)?,
             None => 1,
         };
+        if count < 0 {
+            let place = source.place(element.role, index, start);
+            return Err(MeshError::NegativeCount { place, count });
+        }
         for _ in 0..count {
             match property.meaning {
                 Meaning::Coordinate(k) => position[k] = source.coordinate(property.number)?,
