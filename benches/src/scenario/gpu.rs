@@ -87,7 +87,7 @@ impl Subject {
 }
 
 /// How long a device is kept busy before it is measured: while the host prepares data, an idle GPU
-/// lowers its clock, and needs a third of a second of work to raise it again (H100).
+/// lowers its clock, and needs a fifth of a second of work to raise it again (H100).
 const WARM_UP: Duration = Duration::from_secs(1);
 
 /// Samples a time that `run` returns \[s\], after warming up; none when interrupted.
