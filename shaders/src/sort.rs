@@ -215,10 +215,13 @@ impl Sort {
                 };
                 let fields = recording.buffer_from("pass", &[fields]);
                 let groups = workgroups(tiles, 1);
-                let buffers = [fields.any(), from[0].any(), counts.any()];
-                recording.dispatch(&self.count, &buffers, groups);
-                self.scan
-                    .record(recording, counts, offsets, ScanKind::Exclusive);
+                // Within a single tile the scatter counts by itself.
+                if tiles > 1 {
+                    let buffers = [fields.any(), from[0].any(), counts.any()];
+                    recording.dispatch(&self.count, &buffers, groups);
+                    self.scan
+                        .record(recording, counts, offsets, ScanKind::Exclusive);
+                }
                 let buffers = [
                     fields.any(),
                     from[0].any(),

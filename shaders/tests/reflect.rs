@@ -45,6 +45,13 @@ fn every_shader_is_valid_with_the_features_its_kernel_names() {
     }
 }
 
+#[test]
+fn every_loop_is_seen_to_end() {
+    for (name, kernel) in KERNELS.iter() {
+        assert!(kernel.loops_end(), "{name}");
+    }
+}
+
 /// The bindings of a module in the words of the host.
 fn bindings(module: &Module) -> Vec<(u32, String, Access, u32)> {
     let layouts = layouts(module);

@@ -27,15 +27,18 @@ fn main(
 ) {
     let on_chip = range.bins <= LOCAL;
     if on_chip {
-        for (var bin = lane; bin < range.bins; bin += 256u) {
+        for (var bin = lane; bin < LOCAL; bin += 256u) {
             atomicStore(&local[bin], 0u);
         }
     }
     // Cleared before anything is added.
     workgroupBarrier();
     let first = (group.y * groups.x + group.x) * TILE + lane;
-    let end = min(range.count, first - lane + TILE);
-    for (var i = first; i < end; i += 256u) {
+    for (var round = 0u; round < TILE / 256u; round++) {
+        let i = first + round * 256u;
+        if i >= range.count {
+            break;
+        }
         let key = keys[i];
         if key >= range.bins {
             fail(i);
@@ -48,7 +51,7 @@ fn main(
     // Everything is added before it is handed on.
     workgroupBarrier();
     if on_chip {
-        for (var bin = lane; bin < range.bins; bin += 256u) {
+        for (var bin = lane; bin < LOCAL; bin += 256u) {
             let sum = atomicLoad(&local[bin]);
             if sum != 0u {
                 atomicAdd(&counts[bin], sum);

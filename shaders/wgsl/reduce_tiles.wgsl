@@ -23,7 +23,8 @@ fn main(
     }
     partial[lane] = total;
     // Neighbours join, so that the order is kept: the same tree on every device.
-    for (var width = 1u; width < THREADS; width *= 2u) {
+    for (var round = 0u; round < ROUNDS; round++) {
+        let width = 1u << round;
         // What the last round wrote is read.
         workgroupBarrier();
         let left = 2u * width * lane;

@@ -28,7 +28,8 @@ fn main(
     }
     // Hillis and Steele, "Data parallel algorithms", CACM 29(12), 1986: log2 rounds.
     partial[lane] = total;
-    for (var width = 1u; width < THREADS; width *= 2u) {
+    for (var round = 0u; round < ROUNDS; round++) {
+        let width = 1u << round;
         // What the last round wrote is read ...
         workgroupBarrier();
         if lane >= width {

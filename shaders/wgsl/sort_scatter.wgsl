@@ -28,8 +28,6 @@ struct Row {
     lane: u32,
     // Lanes of a row.
     lanes: u32,
-    // Number of rows.
-    count: u32,
 }
 
 // The lanes of a row that hold the same digit.
@@ -51,7 +49,7 @@ fn half_of(word: u32, digit: u32) -> u32 {
 }
 
 fn sort_tile(row: Row, thread: u32, tile: u32) {
-    for (var i = thread; i < row.count * (BINS / 2u); i += THREADS) {
+    for (var i = thread; i < ROWS * (BINS / 2u); i += THREADS) {
         atomicStore(&counters[i], 0u);
     }
     // Cleared before anything is counted.
@@ -84,7 +82,7 @@ fn sort_tile(row: Row, thread: u32, tile: u32) {
     // Counts become sums over the rows before; what they come to is the tile's count of the digit.
     if thread < BINS / 2u {
         var sum = 0u;
-        for (var number = 0u; number < row.count; number++) {
+        for (var number = 0u; number < ROWS; number++) {
             let at = number * (BINS / 2u) + thread;
             let here = atomicLoad(&counters[at]);
             atomicStore(&counters[at], sum);
@@ -95,11 +93,12 @@ fn sort_tile(row: Row, thread: u32, tile: u32) {
     }
     var start = 0u;
     var own = 0u;
-    for (var width = 1u; width < BINS; width *= 2u) {
+    for (var round = 0u; round < BITS; round++) {
+        let width = 1u << round;
         // What the last round wrote is read ...
         workgroupBarrier();
         if thread < BINS {
-            if width == 1u {
+            if round == 0u {
                 own = starts[thread];
                 start = own;
             }
@@ -117,7 +116,12 @@ fn sort_tile(row: Row, thread: u32, tile: u32) {
     workgroupBarrier();
     if thread < BINS {
         starts[thread] = start - own;
-        shifts[thread] = offsets[thread * pass_.tiles + min(tile, pass_.tiles - 1u)] - (start - own);
+        // A single tile is sorted where it stands.
+        shifts[thread] = 0u;
+        if pass_.tiles > 1u {
+            let offset = offsets[thread * pass_.tiles + min(tile, pass_.tiles - 1u)];
+            shifts[thread] = offset - (start - own);
+        }
     }
     // Starts are there before they are used.
     workgroupBarrier();

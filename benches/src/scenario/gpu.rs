@@ -8,7 +8,7 @@ use super::{Measurement, Meter, Selection};
 use crate::measure::Timing;
 use crate::row::Row;
 use crate::suite::gpu;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::DeviceType;
 use vertebra_shaders::{Rows, Sort};
@@ -86,12 +86,17 @@ impl Subject {
     }
 }
 
-/// Samples a time that `run` returns \[s\], after two runs to warm up; none when interrupted.
+/// How long a device is kept busy before it is measured: while the host prepares data, an idle GPU
+/// lowers its clock, and needs a fifth of a second of work to raise it again (H100).
+const WARM_UP: Duration = Duration::from_secs(1);
+
+/// Samples a time that `run` returns \[s\], after warming up; none when interrupted.
 fn sample(
     meter: &Meter,
     mut run: impl FnMut() -> anyhow::Result<f64>,
 ) -> anyhow::Result<Option<Timing>> {
-    for _ in 0..2 {
+    let start = Instant::now();
+    while start.elapsed() < WARM_UP && !meter.interrupt.requested() {
         run()?;
     }
     let (start, budget) = (Instant::now(), &meter.budget);

@@ -184,6 +184,17 @@ impl Kernel {
         &self.constants
     }
 
+    /// Whether every loop is seen to end. Such a kernel is compiled as it is; loops of others get a
+    /// counter that ends them after 2^64 rounds, which costs time: the sort of `vertebra-shaders`
+    /// would take twice as long.
+    ///
+    /// Seen to end are `for (var i = start; i < bound; i += step)` with `i: u32`, which the body
+    /// does not write; `step` is one, or `step` and `bound` are constants and `i` cannot wrap.
+    #[must_use]
+    pub fn loops_end(&self) -> bool {
+        crate::loops::all_end(&self.source())
+    }
+
     /// The whole shader.
     #[must_use]
     pub fn source(&self) -> String {

@@ -63,6 +63,7 @@ mod check;
 mod device;
 mod error;
 mod kernel;
+mod loops;
 mod output;
 mod pipeline;
 mod print;

@@ -18,10 +18,7 @@ impl Pipeline {
         let name = Some(kernel.name());
         let entries: Vec<_> = (0..).zip(kernel.bindings()).map(entry).collect();
         let compiled = device.checked(kernel.name(), 0, |device, _| {
-            let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: name,
-                source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
-            });
+            let module = module(device, kernel);
             let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: name,
                 entries: &entries,
@@ -53,6 +50,25 @@ impl Pipeline {
             other => other,
         })
     }
+}
+
+/// The shader, without counting the rounds of loops where they are seen to end.
+#[expect(
+    unsafe_code,
+    reason = "wgpu leaves out checks by an unsafe function only"
+)]
+fn module(device: &wgpu::Device, kernel: &Kernel) -> wgpu::ShaderModule {
+    let descriptor = wgpu::ShaderModuleDescriptor {
+        label: Some(kernel.name()),
+        source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
+    };
+    let checks = wgpu::ShaderRuntimeChecks {
+        force_loop_bounding: !kernel.loops_end(),
+        ..wgpu::ShaderRuntimeChecks::checked()
+    };
+    // SAFETY: all other checks are made, and this one is left out only of a shader that has no
+    // infinite loop, which is what wgpu asks for.
+    unsafe { device.create_shader_module_trusted(descriptor, checks) }
 }
 
 fn entry((number, binding): (u32, &crate::kernel::Binding)) -> wgpu::BindGroupLayoutEntry {

@@ -4,5 +4,5 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    sort_tile(Row(thread, 0u, 1u, THREADS), thread, group.y * groups.x + group.x);
+    sort_tile(Row(thread, 0u, 1u), thread, group.y * groups.x + group.x);
 }

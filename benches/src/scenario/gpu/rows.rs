@@ -118,17 +118,17 @@ fn measure<T: bytemuck::Pod>(
     let mut recording = Recording::new(method);
     record(&mut recording);
     let mut program = device.prepare(&recording)?;
-    let profile = if device.features().contains(Features::TIMESTAMP_QUERY) {
-        program.take_times(Timing::Dispatches)?;
-        let output = program.run()?.wait()?;
-        let note = shares(&output.dispatch_times());
-        drop(output);
+    let has_times = device.features().contains(Features::TIMESTAMP_QUERY);
+    if has_times {
         program.take_times(Timing::Whole)?;
-        note
+    }
+    let timing = sample(meter, || gpu_time(&program))?;
+    let profile = if has_times {
+        program.take_times(Timing::Dispatches)?;
+        shares(&program.run()?.wait()?.dispatch_times())
     } else {
         String::new()
     };
-    let timing = sample(meter, || gpu_time(&program))?;
     Ok(timing.map(|timing| Row {
         error_forward,
         note: format!(
