@@ -1,5 +1,6 @@
 //! The scenario group `collision-queries`: what can be asked about meshes beyond which triangles meet, each answer held
-//! against a judge that shares no code with it.
+//! against a judge apart. Where a judge sweeps, or finds distance 0, it has the exact test of two triangles in common
+//! with the query, as [`super::reference`] says; and nothing else.
 //!
 //! | row | question | judge |
 //! |---|---|---|
