@@ -66,8 +66,7 @@ static void sweep(const Triangles &a, const Triangles &b, Pairs &pairs) {
                              });
 }
 
-int main(int, char **argv) {
-    const std::string folder = argv[1];
+static int compare(const std::string &folder) {
     const Triangles a = triangles(harness::read_obj(folder + "/a.obj"));
     const Triangles b = triangles(harness::read_obj(folder + "/b.obj"));
     Tree tree_a, tree_b, tree;
@@ -89,4 +88,8 @@ int main(int, char **argv) {
             {"cgal-tree-b-query", "-", "query", kernel + "; tree over B built before",
              [&] { query(tree_b, b, a, false, pairs); }, 1, answer},
         });
+}
+
+int main(int argc, char **argv) {
+    return harness::run(argc, argv, compare);
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <exception>
 #include <fstream>
 #include <functional>
 #include <iostream>
@@ -86,7 +87,9 @@ inline int serve(const std::string &peer, const std::vector<Method> &methods) {
     std::string verb;
     std::size_t index;
     while (std::cin >> verb >> index) {
-        const Method &method = methods.at(index);
+        if (index >= methods.size())
+            throw std::runtime_error("asked for a method that is not there");
+        const Method &method = methods[index];
         if (verb == "time") {
             double budget;
             std::cin >> budget;
@@ -103,6 +106,20 @@ inline int serve(const std::string &peer, const std::vector<Method> &methods) {
         }
     }
     return 0;
+}
+
+// Runs a program on the folder it is given. What goes wrong is one line, and exit status 1.
+inline int run(int argc, char **argv, int (*compare)(const std::string &folder)) {
+    if (argc != 2) {
+        std::cerr << "usage: " << (argc > 0 ? argv[0] : "peer") << " FOLDER" << std::endl;
+        return 1;
+    }
+    try {
+        return compare(argv[1]);
+    } catch (const std::exception &error) {
+        std::cerr << argv[0] << ": " << error.what() << std::endl;
+        return 1;
+    }
 }
 
 struct Mesh {
@@ -123,10 +140,15 @@ inline Mesh read_obj(const std::string &path) {
             file >> v[0] >> v[1] >> v[2];
             mesh.vertices.push_back(v);
         } else {
-            std::array<std::uint32_t, 3> t;
+            std::array<std::uint32_t, 3> t{};
             file >> t[0] >> t[1] >> t[2];
-            mesh.triangles.push_back({t[0] - 1, t[1] - 1, t[2] - 1});
+            for (std::uint32_t &vertex : t)
+                if (--vertex >= mesh.vertices.size())
+                    throw std::runtime_error(path + ": a triangle of a vertex that is not there");
+            mesh.triangles.push_back(t);
         }
+        if (!file)
+            throw std::runtime_error(path + ": `" + kind + "` is not followed by three numbers");
     }
     return mesh;
 }

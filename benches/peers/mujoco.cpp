@@ -85,8 +85,8 @@ static std::vector<double> convert_back(const mjModel *model, const mjData *data
     return a;
 }
 
-int main(int, char **argv) {
-    const harness::Problem problem = harness::read_problem(std::string(argv[1]) + "/problem.txt");
+static int compare(const std::string &folder) {
+    const harness::Problem problem = harness::read_problem(folder + "/problem.txt");
     mjModel *model = build(problem);
     mjData *data = mj_makeData(model);
     std::vector<Input> inputs;
@@ -111,4 +111,8 @@ int main(int, char **argv) {
                             "mj_forward() from C++, constraints, contacts, actuation and sensors off; it computes the "
                             "mass matrix and its factors on the way",
                             harness::in_turn(inputs, problem.group, solve), problem.group, answer}});
+}
+
+int main(int argc, char **argv) {
+    return harness::run(argc, argv, compare);
 }

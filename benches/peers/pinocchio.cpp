@@ -64,8 +64,8 @@ static void check_memory(const pin::Model &model) {
         throw std::runtime_error("not enough memory for pinocchio::Data");
 }
 
-int main(int, char **argv) {
-    const harness::Problem problem = harness::read_problem(std::string(argv[1]) + "/problem.txt");
+static int compare(const std::string &folder) {
+    const harness::Problem problem = harness::read_problem(folder + "/problem.txt");
     const pin::Model model = build(problem);
     check_memory(model);
     pin::Data data(model);
@@ -99,4 +99,8 @@ int main(int, char **argv) {
     };
     return harness::serve("Pinocchio " PINOCCHIO_VERSION, {method("pinocchio-local", pin::Convention::LOCAL),
                                                            method("pinocchio-world", pin::Convention::WORLD)});
+}
+
+int main(int argc, char **argv) {
+    return harness::run(argc, argv, compare);
 }

@@ -74,16 +74,16 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `chunks`, `batch`, `collision`, `collision-error`, `collision-scaling`,
-    /// `gpu`. All by default, `gpu` where there is a real one; none of them when you name files of
+    /// Scenarios to measure: `dynamics`, `chunks`, `batch`, `collision`, `collision-queries`,
+    /// `collision-error`, `collision-scaling`, `gpu`. All by default, `gpu` where there is a real one; none of them when you name files of
     /// your own.
-    #[arg(value_parser = ["dynamics", "chunks", "batch", "collision", "collision-error", "collision-scaling", "gpu"])]
+    #[arg(value_parser = ["dynamics", "chunks", "batch", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
     pub quick: bool,
-    /// Methods: aba, crba, dca, rnea, step; exact, moller, moller0, separating-axes, build, or one
-    /// question such as exact-any; copy, reduce, scan, compact, histogram, sort, dispatch on a GPU,
+    /// Methods: aba, crba, dca, rnea, step; exact, moller, moller0, separating-axes, build, self, inside,
+    /// poses, links, refit, rebuild, or one question such as exact-any; copy, reduce, scan, compact, histogram, sort, dispatch on a GPU,
     /// and shapes of the sort.
     #[arg(long, value_delimiter = ',', value_parser = METHODS)]
     pub method: Vec<String>,
@@ -248,7 +248,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 27] = [
+const METHODS: [&str; 44] = [
     "aba",
     "build",
     "crba",
@@ -258,11 +258,28 @@ const METHODS: [&str; 27] = [
     "exact",
     "exact-any",
     "exact-any-resident",
+    "exact-classified",
+    "exact-classified-resident",
     "exact-count",
+    "exact-count-resident",
+    "exact-curves",
+    "exact-curves-resident",
     "exact-mask",
+    "exact-mask-resident",
     "exact-pairs",
     "exact-pairs-all",
     "exact-pairs-resident",
+    "exact-within",
+    "exact-within-resident",
+    "inside",
+    "inside-resident",
+    "links",
+    "poses",
+    "rebuild",
+    "refit",
+    "self",
+    "self-pairs",
+    "self-pairs-resident",
     "moller",
     "moller-pairs",
     "moller0",

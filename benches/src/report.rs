@@ -25,7 +25,8 @@ the equations of one body share the largest of their sums.
 reported. Of candidate pairs (scenarios *error: ..*) integer arithmetic tells, by separating axes. Else the reference is a list made apart from the queries measured: both meshes' triangles, posed in f64, are swept \
 along one axis, and those whose f64 extents overlap go through the exact test of two triangles. So it shares that test \
 with the exact methods, but none of their culling and none of their threads; the test suite holds the test itself against \
-an oracle in rational arithmetic and against lists made with CGAL.
+an oracle in rational arithmetic and against lists made with CGAL. Scenarios *queries: ..* have judges of their own, which \
+their notes name; there a hit or an error may be a segment or a point.
 - **published**, **ratio**: time published by the source for the same size on its own hardware, and how many times faster \
 this run was. The ratio compares two machines more than ten years apart as much as two programs.
 ";

@@ -9,7 +9,8 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, chain, chunks, error_table, gpu, meshes, model, scaling,
+    Measurement, Meter, Selection, batch, chain, chunks, error_table, gpu, meshes, model, queries,
+    scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -138,6 +139,7 @@ struct Subjects {
     lengths: Option<chunks::Subject>,
     batches: Vec<batch::Subject>,
     meshes: Vec<meshes::Subject>,
+    queries: Option<queries::Subject>,
     error_lists: Vec<error_table::Subject>,
     spheres: Vec<scaling::Subject>,
     gpu: Option<gpu::Subject>,
@@ -160,6 +162,11 @@ impl Subjects {
                 Vec::new()
             },
             meshes: mesh_pairs(arguments)?,
+            queries: if arguments.wants(queries::NAME) {
+                Some(queries::Subject::new(&selection)?)
+            } else {
+                None
+            },
             error_lists: if arguments.wants(error_table::NAME) {
                 error_table::subjects(&selection)?
             } else {
@@ -190,6 +197,9 @@ impl Subjects {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.meshes {
+            list.extend(subject.measurements(selection));
+        }
+        if let Some(subject) = &self.queries {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.error_lists {

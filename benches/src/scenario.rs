@@ -1,17 +1,20 @@
 //! What is measured: the source's two scenarios; batches of robots; tests of two triangles where they
-//! err, and meshes of millions of triangles; and the user's own files put through the same rows.
+//! err, and meshes of millions of triangles; every other question about meshes; and the user's own files put through the same rows.
 //!
 //! A scenario is a list of [`Measurement`]s, each of which becomes one row.
 
 pub mod batch;
 pub mod chain;
 pub mod chunks;
+pub mod clipping;
+pub mod closeness;
 pub mod error_inputs;
 pub mod error_table;
 pub mod gpu;
 pub mod meshes;
 pub mod model;
 pub mod published;
+pub mod queries;
 pub mod reference;
 pub mod scaling;
 pub mod separating_axes;

@@ -41,6 +41,11 @@ enum Command {
     #[command(disable_help_flag = true)]
     Selftest(binary::Arguments),
     /// Install other programs and measure them beside ours on the same inputs
+    ///
+    /// Debian packages that are missing are installed by `apt-get update` and `apt-get install`, which
+    /// change the system: as root, or through `sudo -n` where sudo asks for no password. Python
+    /// packages go into an environment of their own under target/peers, by pip. With --no-install
+    /// neither is run.
     Peers(peers::Arguments),
     /// Formatting, lints, documentation and tests
     Test(test::Arguments),

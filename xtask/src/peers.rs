@@ -34,7 +34,7 @@ pub(crate) struct Arguments {
     /// default
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Install nothing: leave out the peers that are not here
+    /// Install nothing, neither by apt-get nor by pip: leave out the peers that are not here
     #[arg(long)]
     no_install: bool,
 }
@@ -58,7 +58,8 @@ const COLLISION: [(&str, Recipe); 5] = [
     ("Embree", |workshop| {
         workshop.headers("CGAL/version.h", "libcgal-dev")?;
         workshop.headers("embree3/rtcore.h", "libembree-dev")?;
-        workshop.compile("embree", &["-lembree3", "-lgmp", "-lmpfr"])
+        let leaf = workshop.library("exact-leaf", "vertebra_exact_leaf")?;
+        workshop.compile("embree", &[&leaf, "-lembree3", "-lgmp", "-lmpfr"])
     }),
     ("parry3d", |workshop| {
         workshop.cargo("parry", "vertebra-peers-parry")

@@ -5,15 +5,21 @@
 //! JSON: `{"peer": name and version, "methods": [{"name", "precision", "stage", "note"}, ..]}`. Then
 //! it answers every line with one line: `time <method> <seconds>` with `[seconds of a call, ..]`,
 //! `answer <method>` with `{"pairs": [[a, b], ..]}` or `{"accelerations": [[..], ..]}`. It ends with
-//! its input.
+//! its input. One that does not answer within [`PATIENCE`] is ended.
 
 use super::contender::{Answer, Contender, Method};
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+/// How long an answer may take: the longest there are, of programs that build something large on a busy machine, take
+/// seconds.
+pub const PATIENCE: Duration = Duration::from_secs(120);
 
 /// What a program says first.
 #[derive(Deserialize)]
@@ -28,7 +34,8 @@ pub struct Process {
     child: Child,
     /// None once the program is told to end.
     input: Option<ChildStdin>,
-    output: BufReader<ChildStdout>,
+    output: Receiver<std::io::Result<String>>,
+    patience: Duration,
     hello: Hello,
 }
 
@@ -38,6 +45,10 @@ impl Process {
     /// # Errors
     /// If it cannot be started or does not describe itself.
     pub fn start(command: &[String], folder: &Path) -> anyhow::Result<Self> {
+        Self::start_with(PATIENCE, command, folder)
+    }
+
+    fn start_with(patience: Duration, command: &[String], folder: &Path) -> anyhow::Result<Self> {
         let (program, arguments) = command.split_first().context("no command is given")?;
         let mut child = Command::new(program)
             .args(arguments)
@@ -53,7 +64,8 @@ impl Process {
         let mut process = Self {
             child,
             input,
-            output: BufReader::new(output),
+            output: lines(output),
+            patience,
             hello: Hello {
                 peer: program.clone(),
                 methods: Vec::new(),
@@ -71,15 +83,44 @@ impl Process {
     }
 
     fn read<T: DeserializeOwned>(&mut self) -> anyhow::Result<T> {
-        let mut line = String::new();
-        self.output.read_line(&mut line)?;
-        ensure!(
-            !line.is_empty(),
-            "it ended early; what it said is further up"
-        );
+        let line = match self.output.recv_timeout(self.patience) {
+            Ok(line) => line?,
+            Err(RecvTimeoutError::Disconnected) => {
+                bail!("it ended early; what it said is further up")
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                // An answer that comes late must not pass for that to the next question.
+                self.end();
+                bail!(
+                    "it did not answer within {:?}, and was ended",
+                    self.patience
+                )
+            }
+        };
         let shown: String = line.chars().take(80).collect();
         serde_json::from_str(&line).with_context(|| format!("it answered `{}`", shown.trim_end()))
     }
+
+    /// Ends the program and waits for it, so that its memory is free for the next.
+    fn end(&mut self) {
+        drop(self.input.take());
+        // It may have ended long ago.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+/// What a program says, line by line, read by a thread that ends with it: reading has no time limit of its own.
+fn lines(output: ChildStdout) -> Receiver<std::io::Result<String>> {
+    let (sender, receiver) = sync_channel(1);
+    std::thread::spawn(move || {
+        for line in BufReader::new(output).lines() {
+            if sender.send(line).is_err() {
+                break;
+            }
+        }
+    });
+    receiver
 }
 
 impl Contender for Process {
@@ -101,12 +142,8 @@ impl Contender for Process {
 }
 
 impl Drop for Process {
-    /// Ends the program and waits for it, so that its memory is free for the next.
     fn drop(&mut self) {
-        drop(self.input.take());
-        // It may have ended long ago.
-        drop(self.child.kill());
-        drop(self.child.wait());
+        self.end();
     }
 }
 
@@ -115,9 +152,13 @@ mod tests {
     use super::*;
 
     /// A program of a few lines that speaks the protocol, or does not.
-    fn shell(script: &str) -> anyhow::Result<Process> {
+    fn shell_with(patience: Duration, script: &str) -> anyhow::Result<Process> {
         let command = ["sh", "-c", script, "peer"].map(str::to_owned);
-        Process::start(&command, Path::new("folder"))
+        Process::start_with(patience, &command, Path::new("folder"))
+    }
+
+    fn shell(script: &str) -> anyhow::Result<Process> {
+        shell_with(PATIENCE, script)
     }
 
     const HELLO: &str = r#"echo '{"peer":"p 1","methods":[{"name":"m","precision":"f64","stage":"total","note":""}]}'"#;
@@ -144,5 +185,18 @@ mod tests {
         let mut ended = shell(HELLO).unwrap();
         assert!(ended.answer(0).is_err());
         assert!(ended.time(0, 0.1).is_err());
+    }
+
+    #[test]
+    fn a_program_that_says_nothing_is_ended() {
+        let patience = Duration::from_millis(300);
+        // With exec there is one process to be ended, and no other that keeps the output open.
+        assert!(shell_with(patience, "exec sleep 60").is_err());
+        let late = format!("{HELLO}; read a; exec sleep 60");
+        let mut late = shell_with(patience, &late).unwrap();
+        let error = late.answer(0).err().unwrap();
+        assert!(error.to_string().contains("within 300ms"), "{error}");
+        let error = late.answer(0).err().unwrap();
+        assert!(error.to_string().contains("has ended"), "{error}");
     }
 }

@@ -25,7 +25,7 @@ impl Item {
     /// The triangles of a mesh, by where they begin along x.
     fn sorted(mesh: &TriangleMesh, posed: impl Fn(usize) -> DVec3) -> Vec<Self> {
         let item = |(id, triangle): (u32, &[u32; 3])| {
-            let corners = triangle.map(|vertex| posed(vertex as usize) * SCALE);
+            let corners = triangle.map(|vertex| posed(vertex as usize));
             let [a, b, c] = corners;
             Self {
                 id,
@@ -39,41 +39,65 @@ impl Item {
         items
     }
 
-    /// Whether the extents share a point along y and z: triangles that meet do.
-    fn overlaps_across(&self, other: &Self) -> bool {
+    /// Whether the extents are within the reach of each other along y and z.
+    fn is_near_across(&self, other: &Self, reach: f64) -> bool {
         let Self { low, high, .. } = self;
-        low.y <= other.high.y
-            && other.low.y <= high.y
-            && low.z <= other.high.z
-            && other.low.z <= high.z
+        low.y <= other.high.y + reach
+            && other.low.y <= high.y + reach
+            && low.z <= other.high.z + reach
+            && other.low.z <= high.z + reach
     }
 }
 
 /// All pairs (triangle of A, triangle of B) that meet, in lexicographic order.
 #[must_use]
 pub fn pairs(a: &TriangleMesh, b: &TriangleMesh, pose: &RelativePose) -> Vec<[u32; 2]> {
+    let mut pairs = Vec::new();
+    sweep(a, b, pose, 0.0, |pair, a, b| {
+        if meet(a, b) {
+            pairs.push(pair);
+        }
+    });
+    pairs.sort_unstable();
+    pairs
+}
+
+/// Whether two triangles of posed vertices meet.
+pub(super) fn meet(a: &[DVec3; 3], b: &[DVec3; 3]) -> bool {
+    triangles_intersect(&a.map(|p| p * SCALE), &b.map(|p| p * SCALE))
+}
+
+/// Hands over, once and in any order, the pairs whose extents are no further apart than the reach \[m] along any axis.
+pub(super) fn sweep(
+    a: &TriangleMesh,
+    b: &TriangleMesh,
+    pose: &RelativePose,
+    reach: f64,
+    mut found: impl FnMut([u32; 2], &[DVec3; 3], &[DVec3; 3]),
+) {
     let a = Item::sorted(a, |vertex| a.vertices()[vertex].as_dvec3());
     let b = Item::sorted(b, |vertex| pose.apply(b.vertices()[vertex]));
-    let mut pairs = Vec::new();
     let mut test = |a: &Item, b: &Item| {
-        if a.overlaps_across(b) && triangles_intersect(&a.corners, &b.corners) {
-            pairs.push([a.id, b.id]);
+        if a.is_near_across(b, reach) {
+            found([a.id, b.id], &a.corners, &b.corners);
         }
     };
-    // Extents that overlap along x: one begins within the other. Where both begin at one place, the
-    // first loop has the pair.
+    // Extents that are near along x: one begins within the other's reach. Where both begin at one
+    // place, the first loop has the pair.
     for a in &a {
         let first = b.partition_point(|b| b.low.x < a.low.x);
-        let within = b[first..].iter().take_while(|b| b.low.x <= a.high.x);
+        let within = b[first..]
+            .iter()
+            .take_while(|b| b.low.x <= a.high.x + reach);
         within.for_each(|b| test(a, b));
     }
     for b in &b {
         let first = a.partition_point(|a| a.low.x <= b.low.x);
-        let within = a[first..].iter().take_while(|a| a.low.x <= b.high.x);
+        let within = a[first..]
+            .iter()
+            .take_while(|a| a.low.x <= b.high.x + reach);
         within.for_each(|a| test(a, b));
     }
-    pairs.sort_unstable();
-    pairs
 }
 
 #[cfg(test)]

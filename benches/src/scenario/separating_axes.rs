@@ -25,18 +25,18 @@ impl<T> Number for T where
 }
 
 /// A vector, or a point.
-type Vector<T> = [T; 3];
+pub(super) type Vector<T> = [T; 3];
 
-fn minus<T: Number>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
+pub(super) fn minus<T: Number>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
     from_fn(|k| a[k].clone() - b[k].clone())
 }
 
-fn dot<T: Number>(a: &Vector<T>, b: &Vector<T>) -> T {
+pub(super) fn dot<T: Number>(a: &Vector<T>, b: &Vector<T>) -> T {
     let [x, y, z] = from_fn(|k| a[k].clone() * b[k].clone());
     x + y + z
 }
 
-fn cross<T: Number>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
+pub(super) fn cross<T: Number>(a: &Vector<T>, b: &Vector<T>) -> Vector<T> {
     from_fn(|k| {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
         a[i].clone() * b[j].clone() - a[j].clone() * b[i].clone()
@@ -99,8 +99,7 @@ impl Truth {
     /// What integers say of these triangles, coordinates finite.
     #[must_use]
     pub fn of(triangles: &[[Vec3; 3]; 2]) -> Self {
-        let coordinates = triangles.iter().flatten().flat_map(|p| p.to_array());
-        let lowest = coordinates.map(|x| parts(x).1).min().unwrap_or(0);
+        let lowest = lowest_exponent(triangles);
         let [a, b] = triangles.map(|t| t.map(|p| p.to_array().map(|x| integer(x, lowest))));
         let zero = BigInt::ZERO;
         let normal = |t: &[Vector<BigInt>; 3]| cross(&minus(&t[1], &t[0]), &minus(&t[2], &t[0]));
@@ -118,6 +117,12 @@ impl Truth {
     }
 }
 
+/// The exponent of which all coordinates are multiples.
+pub(super) fn lowest_exponent(triangles: &[[Vec3; 3]; 2]) -> i32 {
+    let coordinates = triangles.iter().flatten().flat_map(|p| p.to_array());
+    coordinates.map(|x| parts(x).1).min().unwrap_or(0)
+}
+
 /// Significand and exponent of a finite number: x = significand 2^exponent.
 fn parts(x: f32) -> (i32, i32) {
     let bits = x.to_bits();
@@ -129,7 +134,7 @@ fn parts(x: f32) -> (i32, i32) {
 }
 
 /// The number in units of 2^lowest, which is no more than its exponent.
-fn integer(x: f32, lowest: i32) -> BigInt {
+pub(super) fn integer(x: f32, lowest: i32) -> BigInt {
     let (significand, exponent) = parts(x);
     BigInt::from(significand) << (exponent - lowest).unsigned_abs()
 }

@@ -61,7 +61,8 @@ impl<'a> Workshop<'a> {
         Ok(())
     }
 
-    /// Compiles a program of `benches/peers` where it is older than its sources; its command line.
+    /// Compiles a program of `benches/peers` where it is older than its sources, or than what it is linked with by its
+    /// path; its command line.
     pub(super) fn compile(&self, name: &str, flags: &[&str]) -> Result<Vec<String>> {
         let source = sources(self.sh).join(name).with_extension("cpp");
         let program = self.target.join("bin").join(name);
@@ -69,8 +70,11 @@ impl<'a> Workshop<'a> {
             let made = |path: &Path| path.metadata()?.modified();
             Ok::<bool, std::io::Error>(made(&program)? > made(path)?)
         };
-        let fresh = [&source, &sources(self.sh).join("harness.hpp")]
+        let header = sources(self.sh).join("harness.hpp");
+        let linked = flags.iter().map(Path::new).filter(|path| path.is_file());
+        let fresh = [&*source, &*header]
             .into_iter()
+            .chain(linked)
             .all(|path| newer_than(path).unwrap_or(false));
         if !fresh {
             cmd!(
@@ -85,6 +89,16 @@ impl<'a> Workshop<'a> {
 
     /// Builds a program of `benches/peers` that is a workspace of its own; its command line.
     pub(super) fn cargo(&self, folder: &str, name: &str) -> Result<Vec<String>> {
+        Ok(vec![text(self.release(folder)?.join(name))?])
+    }
+
+    /// Builds a library of `benches/peers` that is a workspace of its own; its path.
+    pub(super) fn library(&self, folder: &str, name: &str) -> Result<String> {
+        text(self.release(folder)?.join(format!("lib{name}.a")))
+    }
+
+    /// Builds a workspace of `benches/peers`; the folder of what came of it.
+    fn release(&self, folder: &str) -> Result<PathBuf> {
         let manifest = sources(self.sh).join(folder).join("Cargo.toml");
         let target = self.target.join(folder);
         cmd!(
@@ -93,7 +107,7 @@ impl<'a> Workshop<'a> {
         )
         .run()
         .context("it does not build")?;
-        Ok(vec![text(target.join("release").join(name))?])
+        Ok(target.join("release"))
     }
 
     /// Makes a Python package available in an environment of our own.

@@ -6,6 +6,9 @@ use std::hint::black_box;
 use std::io::{self, BufRead, Write};
 use std::time::Instant;
 
+/// What may go wrong, as a line for people.
+pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
 /// Vertices and triangles of a file.
 #[derive(Clone)]
 pub struct Obj {
@@ -15,17 +18,21 @@ pub struct Obj {
 
 impl Obj {
     /// Reads `v x y z` and `f a b c` lines.
-    pub fn read(path: &str) -> Result<Self, Box<dyn std::error::Error>> {
+    pub fn read(path: &str) -> Result<Self> {
         let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-        for line in std::fs::read_to_string(path)?.lines() {
+        let text = std::fs::read_to_string(path).map_err(|error| format!("{path}: {error}"))?;
+        let vertex = |word: &str| word.parse::<u32>().ok()?.checked_sub(1);
+        for line in text.lines() {
+            let wrong = || format!("{path}: `{line}` is neither a vertex nor a triangle");
             let words: Vec<&str> = line.split(' ').collect();
             match words[..] {
                 ["v", x, y, z] => vertices.push([x.parse()?, y.parse()?, z.parse()?]),
                 ["f", a, b, c] => {
-                    let [a, b, c]: [u32; 3] = [a.parse()?, b.parse()?, c.parse()?];
-                    triangles.push([a - 1, b - 1, c - 1]);
+                    let [a, b, c] = [a, b, c].map(vertex);
+                    let corners = a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]);
+                    triangles.push(corners.ok_or_else(wrong)?);
                 }
-                _ => return Err(format!("{path}: {line}").into()),
+                _ => return Err(wrong().into()),
             }
         }
         Ok(Self {
@@ -41,24 +48,24 @@ pub struct Method {
     pub precision: &'static str,
     pub stage: &'static str,
     pub note: &'static str,
-    pub call: Box<dyn FnMut() -> Vec<[u32; 2]>>,
+    pub call: Box<dyn FnMut() -> Result<Vec<[u32; 2]>>>,
 }
 
 /// Seconds of the calls that fit into `budget`, one at least, after one that fills the caches.
-fn sample(method: &mut Method, budget: f64) -> Vec<f64> {
-    black_box((method.call)());
+fn sample(method: &mut Method, budget: f64) -> Result<Vec<f64>> {
+    black_box((method.call)()?);
     let mut samples = Vec::new();
     let start = Instant::now();
     while samples.is_empty() || start.elapsed().as_secs_f64() < budget {
         let before = Instant::now();
-        black_box((method.call)());
+        black_box((method.call)()?);
         samples.push(before.elapsed().as_secs_f64());
     }
-    samples
+    Ok(samples)
 }
 
 /// Answers until the input ends.
-pub fn serve(peer: &str, methods: &mut [Method]) {
+pub fn serve(peer: &str, methods: &mut [Method]) -> Result<()> {
     let described: Vec<_> = methods
         .iter()
         .map(
@@ -66,23 +73,22 @@ pub fn serve(peer: &str, methods: &mut [Method]) {
         )
         .collect();
     let answer = |value: serde_json::Value| {
-        println!("{value}");
-        io::stdout().flush().expect("a reader");
+        let mut output = io::stdout().lock();
+        writeln!(output, "{value}")?;
+        output.flush()
     };
-    answer(json!({"peer": peer, "methods": described}));
+    answer(json!({"peer": peer, "methods": described}))?;
     for line in io::stdin().lock().lines() {
-        let line = line.expect("text");
-        let words: Vec<&str> = line.split(' ').collect();
-        match words[..] {
-            ["time", index, budget] => {
-                let method = &mut methods[index.parse::<usize>().expect("an index")];
-                answer(json!(sample(method, budget.parse().expect("seconds"))));
-            }
-            ["answer", index] => {
-                let method = &mut methods[index.parse::<usize>().expect("an index")];
-                answer(json!({"pairs": (method.call)()}));
-            }
-            _ => panic!("asked `{line}`"),
+        let line = line?;
+        let (verb, rest) = line.split_once(' ').unwrap_or((&line, ""));
+        let (index, budget) = rest.split_once(' ').unwrap_or((rest, ""));
+        let method = index.parse().ok().and_then(|i: usize| methods.get_mut(i));
+        let method = method.ok_or_else(|| format!("asked `{line}`, which names no method"))?;
+        match verb {
+            "time" => answer(json!(sample(method, budget.parse()?)?))?,
+            "answer" => answer(json!({"pairs": (method.call)()?}))?,
+            _ => return Err(format!("asked `{line}`").into()),
         }
     }
+    Ok(())
 }
