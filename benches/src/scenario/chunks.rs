@@ -59,7 +59,7 @@ impl Subject {
         window: usize,
     ) -> anyhow::Result<Option<Row>> {
         let options = DcaOptions {
-            schedule: ScheduleOptions::with_window(window),
+            schedule: Some(ScheduleOptions::with_window(window)),
             ..*options
         };
         let row = self.0.dca(meter, &options, 1)?;

@@ -7,6 +7,7 @@
 //! Ia = IA - U D^-1 U', pa = pA + Ia c + U D^-1 u; parent: IA += X' Ia X, pA += X' pa.
 //! Down: a' = X a_parent + c, qdd = D^-1 (u - U' a'), a = a' + S qdd.
 
+use crate::drive::{driven, transmitted};
 use crate::link::{Kind, Link};
 use crate::passed_on::PassedOn;
 use crate::workspace::{Sweeps, in_precision};
@@ -279,34 +280,20 @@ impl<T: Number> Sweeps<T> {
     ///
     /// Summing the bodies' forces from the tips up instead would keep Newton-Euler exact but let
     /// the joint forces S' f drift from tau by 1e-7 of their terms at 5000 bodies in f64; this form
-    /// stays within 2e-12. What is left of it is taken out along the joint's freedoms, whose columns
-    /// are orthonormal: f += S (tau - S' f). Where the freedoms are all there is (free joints, and
-    /// the moment of spherical ones) that is S tau without a rest; a rest would be rounding alone,
-    /// and wrong in every digit where tau is zero.
+    /// stays within 2e-12, and [`transmitted`] takes that out.
     fn transmit(&mut self) {
         for i in 0..self.links.len() {
-            let mut f = self.articulated[i].mul(self.acceleration[i]) + self.bias[i];
-            match self.links[i].kind {
-                Kind::Fixed => {}
-                Kind::Revolute | Kind::Prismatic => {
-                    let dof = self.links[i].v;
-                    let excess = self.subspace[dof].dot(f) - self.tau[dof];
-                    f -= along(self.subspace[dof]) * excess;
-                }
-                Kind::Spherical => f.angular = self.driven(i).angular,
-                Kind::Free => f = self.driven(i),
-            }
-            self.joint_wrench[i] = f;
+            let f = self.articulated[i].mul(self.acceleration[i]) + self.bias[i];
+            let dofs = self.dofs(i);
+            let (columns, tau) = (&self.subspace[dofs.clone()], &self.tau[dofs]);
+            self.joint_wrench[i] = transmitted(self.links[i].kind, f, columns, tau);
         }
     }
 
-    /// S tau: the force along a joint's freedoms that exerts tau.
+    /// S tau of a body's joint.
     fn driven(&self, i: usize) -> Force<T> {
-        let mut f = Force::ZERO;
-        for dof in self.dofs(i) {
-            f += along(self.subspace[dof]) * self.tau[dof];
-        }
-        f
+        let dofs = self.dofs(i);
+        driven(&self.subspace[dofs.clone()], &self.tau[dofs])
     }
 
     /// From the world down: accelerations. `u` becomes qdd.
@@ -389,9 +376,4 @@ fn respond_again<T: Number>(
     let a = a + axis * first;
     let second = (rest - a.dot(u_column)) * d_inverse;
     (a + axis * second, first + second)
-}
-
-/// A freedom's direction as a force of unit power.
-fn along<T: Number>(column: Motion<T>) -> Force<T> {
-    Force::new(column.angular, column.linear)
 }

@@ -30,6 +30,7 @@ mod batch;
 mod cost;
 mod crba;
 mod dca;
+mod drive;
 mod energy;
 mod error;
 mod external;

@@ -1,6 +1,6 @@
 //! One door to forward dynamics: the algorithm is chosen from the model, or by its user.
 
-use crate::dca::{CHUNK, PARALLEL_BODIES, check_precisions};
+use crate::dca::{PARALLEL_BODIES, check_precisions};
 use crate::{DcaOptions, DcaWorkspace, Error, Forces, Precision, Workspace, aba, cost, dca};
 use core::fmt;
 use vertebra_assembly::schedule::ScheduleOptions;
@@ -33,8 +33,8 @@ pub struct SolverOptions {
     pub precision: Precision,
     /// Precision of the joins of divide and conquer, at most `precision`; none for the same.
     pub tree: Option<Precision>,
-    /// How divide and conquer gathers bodies into chunks.
-    pub schedule: ScheduleOptions,
+    /// How divide and conquer gathers bodies into chunks; none for what suits the precision.
+    pub schedule: Option<ScheduleOptions>,
     /// Whether the threads of the current rayon pool may be used.
     pub parallel: bool,
 }
@@ -46,7 +46,7 @@ impl Default for SolverOptions {
             algorithm: None,
             precision: Precision::F64,
             tree: None,
-            schedule: ScheduleOptions::with_window(CHUNK),
+            schedule: None,
             parallel: true,
         }
     }
@@ -299,7 +299,7 @@ mod tests {
                 let options = SolverOptions {
                     algorithm,
                     tree: Some(Precision::F32),
-                    schedule: ScheduleOptions::with_window(2),
+                    schedule: Some(ScheduleOptions::with_window(2)),
                     ..SolverOptions::default()
                 };
                 let mut solver = Solver::new(&model, &options).unwrap();

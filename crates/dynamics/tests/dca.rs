@@ -34,7 +34,7 @@ fn options(chunks: Precision, tree: Precision, window: usize) -> DcaOptions {
     DcaOptions {
         chunks,
         tree,
-        schedule: ScheduleOptions::with_window(window),
+        schedule: Some(ScheduleOptions::with_window(window)),
         parallel: false,
     }
 }

@@ -6,6 +6,7 @@ use super::place::{Placed, Places};
 use super::plan::{ChunkPlan, Extent, Inboard, Outboard, Plan};
 use super::rake::Rake;
 use super::split::{Divide, Fault};
+use crate::drive::along;
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{ArticulatedInertia, Force, Mat6, Motion, Real, SmallCholesky};
 
@@ -17,7 +18,7 @@ use vertebra_spatial::{ArticulatedInertia, Force, Mat6, Motion, Real, SmallChole
 ///
 /// The inboard end of an inner chunk is the same with B for X', which adds C to Phi22 and d to b2.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Inverse<T> {
+struct Inverse<T> {
     /// V.
     own: Mat6<T>,
     /// Z.
@@ -27,7 +28,7 @@ pub(super) struct Inverse<T> {
 }
 
 impl<T: Real> Inverse<T> {
-    pub(super) const NONE: Self = Self {
+    const NONE: Self = Self {
         own: Mat6::ZERO,
         far: Mat6::ZERO,
         bias: [T::ZERO; 6],
@@ -60,33 +61,72 @@ impl<T: Real> Inverse<T> {
 
 /// What a leaf keeps for the way down.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Leaf<T> {
+struct Leaf<T> {
     body: Inverse<T>,
     seam: Seam<T>,
     joined: Joined<T>,
 }
 
 impl<T: Real> Leaf<T> {
-    pub(super) const NONE: Self = Self {
+    const NONE: Self = Self {
         body: Inverse::NONE,
         seam: Seam::RIGID,
         joined: Joined::NONE,
     };
 }
 
-/// A chunk's own share of what is computed.
-pub(super) struct Own<'a, T, L> {
+/// What is computed chunk by chunk, in the order of the chunks.
+#[derive(Clone, Debug)]
+pub(super) struct Chunks<T, L> {
     /// Accelerations of the bodies' joints' origins.
-    pub(super) accelerations: &'a mut [Motion<T>],
+    pub(super) accelerations: Vec<Motion<T>>,
     /// Joint accelerations.
-    pub(super) qdd: &'a mut [T],
-    pub(super) freedoms: &'a mut [Freedom<T>],
-    /// Inboard halves of cut bodies.
-    pub(super) inner: &'a mut [Inverse<T>],
-    pub(super) leaves: &'a mut [Leaf<T>],
+    pub(super) qdd: Vec<T>,
+    freedoms: Vec<Freedom<T>>,
+    inner: Vec<Inverse<T>>,
+    leaves: Vec<Leaf<T>>,
     /// What is joined to other chunks.
-    pub(super) nodes: &'a mut [Node<L>],
+    pub(super) nodes: Vec<Node<L>>,
     /// What is raked onto a body.
+    pub(super) rakes: Vec<Rake<T>>,
+}
+
+impl<T: Real, L: Real> Chunks<T, L> {
+    /// Memory for all chunks before `end`.
+    pub(super) fn new(end: &Extent) -> Self {
+        Self {
+            accelerations: vec![Motion::ZERO; end.slot],
+            qdd: vec![T::ZERO; end.dof],
+            freedoms: vec![Freedom::NONE; end.dof],
+            inner: vec![Inverse::NONE; end.inner],
+            leaves: vec![Leaf::NONE; end.leaf],
+            nodes: vec![Node::ZERO; end.node],
+            rakes: vec![Rake::default(); end.rake],
+        }
+    }
+
+    /// All of it, to be divided.
+    pub(super) fn share(&mut self) -> Own<'_, T, L> {
+        Own {
+            accelerations: &mut self.accelerations,
+            qdd: &mut self.qdd,
+            freedoms: &mut self.freedoms,
+            inner: &mut self.inner,
+            leaves: &mut self.leaves,
+            nodes: &mut self.nodes,
+            rakes: &mut self.rakes,
+        }
+    }
+}
+
+/// A chunk's own share of [`Chunks`].
+pub(super) struct Own<'a, T, L> {
+    pub(super) accelerations: &'a mut [Motion<T>],
+    qdd: &'a mut [T],
+    freedoms: &'a mut [Freedom<T>],
+    inner: &'a mut [Inverse<T>],
+    leaves: &'a mut [Leaf<T>],
+    nodes: &'a mut [Node<L>],
     pub(super) rakes: &'a mut [Rake<T>],
 }
 
@@ -322,7 +362,7 @@ pub(super) fn solve<T: Real, L: Real>(
                 let center = leaf.body.respond(&ends.f2, &force);
                 let across = center.shifted(-placed.arm) + placed.centripetal(-placed.arm);
                 for (qdd, column) in qdd.iter_mut().zip(columns) {
-                    *qdd = (across - a).dot(Force::new(column.angular, column.linear));
+                    *qdd = (across - a).dot(along(*column));
                 }
                 a = across;
             }

@@ -12,6 +12,7 @@
 //! makes D the identity.
 
 use super::rake::Rake;
+use crate::drive::driven;
 use crate::link::Kind;
 use core::ops::Range;
 use vertebra_spatial::matrix6::{add_scaled, dot};
@@ -243,13 +244,7 @@ impl<T: Real> Interior<T> {
         factor.solve_lower_rows(&mut columns);
         factor.solve_lower_rows(&mut tips);
         factor.solve_lower(&mut drives);
-        let driven = |kept: usize| {
-            let mut force = [T::ZERO; 6];
-            for (column, tau) in joint.columns.iter().zip(joint.tau).take(kept) {
-                add_scaled(&mut force, &column.to_array(), tau);
-            }
-            Force::from_array(force)
-        };
+        let driven = driven(joint.columns, &joint.tau);
         let mut passed = self.bias;
         for (k, freedom) in freedoms.iter_mut().enumerate().take(order) {
             let column = Force::from_array(columns.0[k]);
@@ -269,11 +264,11 @@ impl<T: Real> Interior<T> {
         }
         self.inertia.angular = Sym3::ZERO;
         self.inertia.coupling = Mat3::ZERO;
-        passed.angular = driven(order).angular;
+        passed.angular = driven.angular;
         self.tip.0[..3].fill([T::ZERO; 6]);
         if order == 6 {
             self.inertia.linear = Sym3::ZERO;
-            passed.linear = driven(order).linear;
+            passed.linear = driven.linear;
             self.tip = Mat6::ZERO;
         }
         self.bias = passed;

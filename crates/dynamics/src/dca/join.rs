@@ -25,6 +25,7 @@
 //! Phi22 of B - Y_B'Y_B, b1 of A -+ (Y_A'y + Phi12 of A f_Q), b2 of B + Y_B'y + Phi21 of B f_Q.
 
 use super::interior::Joint;
+use crate::drive::driven;
 use crate::link::Kind;
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{Mat3, Mat6, Motion, Real, SmallCholesky};
@@ -82,11 +83,8 @@ impl<T: Real> Seam<T> {
         let mut seam = Self {
             basis: Mat6::ZERO,
             order: 0,
-            drive: [T::ZERO; 6],
+            drive: driven(joint.columns, &joint.tau).to_array(),
         };
-        for (column, tau) in joint.columns.iter().zip(joint.tau) {
-            add_scaled(&mut seam.drive, &column.to_array(), tau);
-        }
         // Joints of one freedom have theirs along z.
         let (moments, forces) = match joint.kind {
             Kind::Fixed => (3, 3),

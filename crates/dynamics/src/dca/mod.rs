@@ -32,9 +32,15 @@ use vertebra_assembly::schedule::{Schedule, ScheduleOptions};
 use vertebra_assembly::{BodyId, Model, State};
 use vertebra_spatial::{DoubleDouble, Real};
 
-/// Bodies of a chunk on a processor: long chunks are less work a body, and the fewer joins there are in
-/// less precision, and the fewer side branches reach them, the smaller the error (`docs/accuracy.md`).
-pub(crate) const CHUNK: usize = 32;
+/// How bodies are gathered on a processor unless one asks otherwise (`docs/accuracy.md`): the longer the
+/// chunks, the less work a body, and the fewer joins and side branches are in less precision. But a
+/// chunk is a recursion, which in f32 loses the digits by which its masses differ.
+fn suited(chunks: Precision) -> ScheduleOptions {
+    ScheduleOptions::with_window(match chunks {
+        Precision::F32 => 8,
+        Precision::F64 | Precision::Reference => 32,
+    })
+}
 
 /// How an assembly tree is worked through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,20 +49,21 @@ pub struct DcaOptions {
     pub chunks: Precision,
     /// Precision of the joins, at most that of the chunks.
     pub tree: Precision,
-    /// How bodies are gathered into chunks.
-    pub schedule: ScheduleOptions,
+    /// How bodies are gathered into chunks; none for what suits the precision of the chunks: 8 bodies
+    /// each in f32, else 32.
+    pub schedule: Option<ScheduleOptions>,
     /// Whether the threads of the current rayon pool are used, for 2048 bodies and more. The result
     /// is the same, bit for bit.
     pub parallel: bool,
 }
 
 impl Default for DcaOptions {
-    /// Everything in f64, 32 bodies a chunk, all threads.
+    /// Everything in f64, all threads.
     fn default() -> Self {
         Self {
             chunks: Precision::F64,
             tree: Precision::F64,
-            schedule: ScheduleOptions::with_window(CHUNK),
+            schedule: None,
             parallel: true,
         }
     }
@@ -109,7 +116,8 @@ impl DcaWorkspace {
         let weights = plan::weights(model, options.tree.epsilon());
         let bodies = model.bodies();
         let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
-        let schedule = Schedule::of_tree(&parents, &weights, &options.schedule)?;
+        let gathering = options.schedule.unwrap_or_else(|| suited(options.chunks));
+        let schedule = Schedule::of_tree(&parents, &weights, &gathering)?;
         let trees = match (options.chunks, options.tree) {
             (Precision::F32, _) => Trees::F32(Tree::new(model, schedule, &weights)),
             (Precision::F64, Precision::F32) => Trees::Mixed(Tree::new(model, schedule, &weights)),
@@ -265,17 +273,17 @@ pub fn dca<'w>(
         let solved = tree.solve(model, state, forces, scales, options.parallel);
         let name = |slot: usize| model.bodies()[tree.plan.bodies[slot] as usize].name.clone();
         solved.map_err(|fault| match fault {
-                Fault::Singular(slot) => Error::SingularJoint { body: name(slot) },
-                Fault::Unjoined(slot) => Error::Unjoined {
-                    body: name(slot),
-                    precision: options.tree,
-                },
-                Fault::Overflow(slot) => Error::Overflow {
-                    quantity: "acceleration",
-                    body: name(slot),
-                    time: state.time,
-                },
-            })?;
+            Fault::Singular(slot) => Error::SingularJoint { body: name(slot) },
+            Fault::Unjoined(slot) => Error::Unjoined {
+                body: name(slot),
+                precision: options.tree,
+            },
+            Fault::Overflow(slot) => Error::Overflow {
+                quantity: "acceleration",
+                body: name(slot),
+                time: state.time,
+            },
+        })?;
         tree.read_accelerations(qdd, &scales.acceleration);
     });
     finite_results(model, "joint acceleration", &workspace.qdd, state.time)?;
@@ -286,7 +294,7 @@ pub fn dca<'w>(
 impl<T: Real, L: Real> Tree<T, L> {
     /// Joint accelerations in SI and in the model's order.
     fn read_accelerations(&self, qdd: &mut [f64], scales: &[f64]) {
-        let own = self.plan.model_dofs.iter().zip(&self.qdd);
+        let own = self.plan.model_dofs.iter().zip(&self.chunks.qdd);
         for (&dof, own) in own {
             let dof = dof as usize;
             qdd[dof] = own.to_f64() * scales[dof];

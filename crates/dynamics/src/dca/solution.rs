@@ -3,15 +3,15 @@
 use super::plan::Raked;
 use super::tree::Tree;
 use crate::Forces;
-use crate::link::{Kind, Scales};
+use crate::drive::transmitted;
+use crate::link::Scales;
 use crate::residual::Solution;
-use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{Force, Motion, Number, Real};
 
 impl<T: Real, L: Real> Tree<T, L> {
     /// Acceleration of a body's joint's origin, gravity taken off.
     pub(super) fn acceleration(&self, body: usize) -> Motion<T> {
-        self.accelerations[self.plan.slots[body] as usize]
+        self.chunks.accelerations[self.plan.slots[body] as usize]
     }
 
     /// Force that a body's joint transmits to it, about the joint's origin.
@@ -29,7 +29,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             let last = slots.end - 1;
             for slot in slots.rev() {
                 let placed = &self.places.bodies[slot];
-                let a = placed.handle_acceleration(self.accelerations[slot]);
+                let a = placed.handle_acceleration(self.chunks.accelerations[slot]);
                 let mut f = placed.inertia.mul(a) - placed.external;
                 for raked in self.plan.rakes[slot].into_iter().flatten() {
                     f += self.taken(raked);
@@ -65,37 +65,25 @@ impl<T: Real, L: Real> Tree<T, L> {
     fn along_freedoms(
         &self,
         slot: usize,
-        mut f: Force<T>,
+        f: Force<T>,
         forces: &Forces,
         scales: &Scales,
     ) -> Force<T> {
         let link = &self.plan.links[slot];
         let columns = &self.places.columns[self.plan.dofs_of(slot)];
-        let tau = |k: usize| T::from_f64(forces.joint[link.v + k] / scales.force[link.v + k]);
-        let mut driven = [T::ZERO; 6];
-        for (k, column) in columns.iter().enumerate() {
-            add_scaled(&mut driven, &column.to_array(), tau(k));
+        let mut tau = [T::ZERO; 6];
+        for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
+            *tau = T::from_f64(forces.joint[link.v + k] / scales.force[link.v + k]);
         }
-        let driven = Force::from_array(driven);
-        match link.kind {
-            Kind::Fixed => {}
-            Kind::Revolute | Kind::Prismatic => {
-                let column = columns[0];
-                let excess = column.dot(f) - tau(0);
-                f -= Force::new(column.angular, column.linear) * excess;
-            }
-            Kind::Spherical => f.angular = driven.angular,
-            Kind::Free => f = driven,
-        }
-        f
+        transmitted(link.kind, f, columns, &tau)
     }
 
     /// All that [`residual`](crate::residual) asks for.
     pub(super) fn solution(&self) -> Solution<T::Wide> {
         let bodies = 0..self.plan.len();
-        let mut qdd = vec![T::Wide::ZERO; self.qdd.len()];
+        let mut qdd = vec![T::Wide::ZERO; self.chunks.qdd.len()];
         for (slot, link) in self.plan.links.iter().enumerate() {
-            let own = &self.qdd[self.plan.dofs_of(slot)];
+            let own = &self.chunks.qdd[self.plan.dofs_of(slot)];
             for (qdd, own) in qdd[link.v..].iter_mut().zip(own) {
                 *qdd = own.widen();
             }

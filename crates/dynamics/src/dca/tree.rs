@@ -1,11 +1,10 @@
 //! The sweeps over the rounds of an assembly tree: up, which answers how each part responds, and down,
 //! which tells each part what acts on it.
 
-use super::chunk::{self, Ends, Inverse, Leaf, Own};
-use super::interior::Freedom;
+use super::chunk::{self, Chunks, Ends};
 use super::join::{Joined, Node, join};
 use super::place::{self, Places};
-use super::plan::{Extent, Head, JoinPlan, Part, Plan, Raked};
+use super::plan::{Head, JoinPlan, Part, Plan, Raked};
 use super::rake::Rake;
 use super::split::{Divide, Fault, PARALLEL_BODIES, divide, for_each};
 use crate::Forces;
@@ -33,17 +32,9 @@ pub(super) struct Tree<T, L> {
     pub(super) places: Places<T>,
     /// -g, the acceleration of a world that replaces gravity.
     pub(super) base: Motion<T>,
-    /// Accelerations of the joints' origins, by slots.
-    pub(super) accelerations: Vec<Motion<T>>,
-    /// Joint accelerations, in the order of the slots.
-    pub(super) qdd: Vec<T>,
-    freedoms: Vec<Freedom<T>>,
+    pub(super) chunks: Chunks<T, L>,
     /// Forces that the joints transmit, about the joints' origins.
     pub(super) wrenches: Vec<Force<T>>,
-    inner: Vec<Inverse<T>>,
-    leaves: Vec<Leaf<T>>,
-    nodes: Vec<Node<L>>,
-    rakes: Vec<Rake<T>>,
     sums: Vec<Rake<T>>,
     joins: Vec<JoinState<L>>,
 }
@@ -51,15 +42,6 @@ pub(super) struct Tree<T, L> {
 impl<T: Real, L: Real> Tree<T, L> {
     pub(super) fn new(model: &Model, schedule: Schedule, weights: &[f64]) -> Self {
         let plan = Plan::new(model, schedule, weights);
-        let Extent {
-            slot,
-            dof,
-            inner,
-            leaf,
-            node,
-            rake,
-            ..
-        } = plan.extents[plan.chunks.len()];
         let state = JoinState {
             node: Node::ZERO,
             joined: Joined::NONE,
@@ -71,14 +53,8 @@ impl<T: Real, L: Real> Tree<T, L> {
         Self {
             places: Places::new(&plan),
             base: Motion::new(Vec3::ZERO, -Vec3::from_glam(gravity)),
-            accelerations: vec![Motion::ZERO; slot],
-            qdd: vec![T::ZERO; dof],
-            freedoms: vec![Freedom::NONE; dof],
-            wrenches: vec![Force::ZERO; slot],
-            inner: vec![Inverse::NONE; inner],
-            leaves: vec![Leaf::NONE; leaf],
-            nodes: vec![Node::ZERO; node],
-            rakes: vec![Rake::default(); rake],
+            chunks: Chunks::new(&plan.extents[plan.chunks.len()]),
+            wrenches: vec![Force::ZERO; plan.len()],
             sums: vec![Rake::default(); plan.sums.len()],
             joins: vec![state; plan.joins.len()],
             plan,
@@ -122,7 +98,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         let rakes = Rakes {
             plan: &self.plan,
             places: &self.places,
-            chunks: &self.rakes,
+            chunks: &self.chunks.rakes,
             joins: &self.joins,
             sums: before,
         };
@@ -143,16 +119,7 @@ impl<T: Real, L: Real> Tree<T, L> {
     ) -> Result<(), Fault> {
         let range = self.plan.schedule.chunks_in(round);
         let start = &self.plan.extents[range.start];
-        let whole = Own {
-            accelerations: &mut self.accelerations,
-            qdd: &mut self.qdd,
-            freedoms: &mut self.freedoms,
-            inner: &mut self.inner,
-            leaves: &mut self.leaves,
-            nodes: &mut self.nodes,
-            rakes: &mut self.rakes,
-        };
-        let (before, own) = whole.divide(start);
+        let (before, own) = self.chunks.share().divide(start);
         let rakes = Rakes {
             plan: &self.plan,
             places: &self.places,
@@ -176,7 +143,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         let plan = &self.plan;
         let range = plan.schedule.joins_in(round);
         let (before, own) = self.joins.split_at_mut(range.start);
-        let nodes = &self.nodes;
+        let nodes = &self.chunks.nodes;
         let node = |part: Part| match part {
             Part::Chunk(chunk) => &nodes[plan.extents[chunk].node],
             Part::Join(join) => &before[join].node,
@@ -201,7 +168,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         let range = plan.schedule.joins_in(round);
         let (own, later) = self.joins.split_at_mut(range.end);
         let (first_later, start) = (range.end, range.start);
-        let (accelerations, places, base) = (&self.accelerations, &self.places, self.base);
+        let (accelerations, places, base) = (&self.chunks.accelerations, &self.places, self.base);
         for_each(parallel, range, &mut own[start..], &|index, state| {
             let JoinPlan { parent, head, .. } = plan.joins[index];
             let given =
@@ -226,17 +193,8 @@ impl<T: Real, L: Real> Tree<T, L> {
         let plan = &self.plan;
         let range = plan.schedule.chunks_in(round);
         let (start, end) = (plan.extents[range.start], plan.extents[range.end]);
-        let (accelerations, later) = self.accelerations.split_at_mut(end.slot);
-        let whole: Own<'_, T, L> = Own {
-            accelerations,
-            qdd: &mut self.qdd,
-            freedoms: &mut self.freedoms,
-            inner: &mut self.inner,
-            leaves: &mut self.leaves,
-            nodes: &mut self.nodes,
-            rakes: &mut self.rakes,
-        };
-        let (_, own) = whole.divide(&start);
+        let (_, own) = self.chunks.share().divide(&start);
+        let (own, later) = own.divide(&end.beyond(&start));
         let given = chunk::Given {
             plan,
             places: &self.places,
@@ -251,7 +209,9 @@ impl<T: Real, L: Real> Tree<T, L> {
                 None => ([L::ZERO; 6], [L::ZERO; 6]),
             };
             let x = match chunk.head(plan.extents[index].slot) {
-                Some(head) => hanging(head, given.places, later, end.slot, base).to_array(),
+                Some(head) => {
+                    hanging(head, given.places, later.accelerations, end.slot, base).to_array()
+                }
                 None => x.map(L::cast),
             };
             let ends = Ends {
