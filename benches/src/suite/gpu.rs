@@ -3,7 +3,7 @@
 
 mod faults;
 mod primitives;
-mod runtime;
+pub(crate) mod runtime;
 mod stages;
 
 use super::{Figure, Outcome};

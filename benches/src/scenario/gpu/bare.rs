@@ -1,6 +1,6 @@
 //! Dependent dispatches written against wgpu alone: what a recording is compared with.
 
-use super::rows::STEP;
+use crate::suite::gpu::runtime::STEP;
 use anyhow::Context;
 use std::time::Instant;
 use vertebra_gpu::Device;
@@ -12,6 +12,7 @@ pub(super) struct Bare<'a> {
     queue: &'a wgpu::Queue,
     pipeline: wgpu::ComputePipeline,
     bindings: wgpu::BindGroup,
+    data: wgpu::Buffer,
     times: Option<Times>,
 }
 
@@ -44,7 +45,10 @@ impl<'a> Bare<'a> {
                 mapped_at_creation: false,
             })
         };
-        let data = buffer(4 * words, wgpu::BufferUsages::STORAGE);
+        let data = buffer(
+            4 * words,
+            wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
+        );
         let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &pipeline.get_bind_group_layout(0),
@@ -71,8 +75,28 @@ impl<'a> Bare<'a> {
             queue,
             pipeline,
             bindings,
+            data,
             times,
         }
+    }
+
+    /// What the dispatches until now have made of zeros.
+    pub(super) fn result(&self) -> anyhow::Result<Vec<u32>> {
+        let read = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: self.data.size(),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(&self.data, 0, &read, 0, self.data.size());
+        self.queue.submit([encoder.finish()]);
+        read.map_async(wgpu::MapMode::Read, .., |_| ());
+        self.device.poll(wgpu::PollType::wait_indefinitely())?;
+        let view = read.get_mapped_range(..)?;
+        Ok(bytemuck::pod_collect_to_vec(&view))
     }
 
     /// Time on the device where timed, else of submitting and waiting \[s\].

@@ -3,28 +3,14 @@
 use super::bare::Bare;
 use super::{Meter, row, sample};
 use crate::row::Row;
+use crate::suite::gpu::runtime::{STEP, step};
 use crate::suite::relative_error;
 use anyhow::Context;
 use oorandom::Rand32;
 use std::time::Instant;
 use vertebra_gpu::wgpu::Features;
-use vertebra_gpu::{Binding, Device, Kernel, Recording, Slot, Timing, workgroups};
+use vertebra_gpu::{Device, Recording, Slot, Timing, workgroups};
 use vertebra_shaders::{Operator, Precision, Reduce, Scan, ScanKind, Sort, compact, histogram};
-
-/// A small kernel: each dispatch needs the one before.
-pub(super) const STEP: Kernel = Kernel::new(
-    "step",
-    &["
-    @group(0) @binding(0) var<storage, read_write> data: array<u32>;
-    @compute @workgroup_size(64)
-    fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-        if id.x < arrayLength(&data) {
-            data[id.x] = 3u * data[id.x] + id.x;
-        }
-    }"],
-    &[Binding::read_write::<u32>("data")],
-    [64, 1, 1],
-);
 
 const DISPATCHES: usize = 20;
 const WORDS: usize = 64;
@@ -60,28 +46,32 @@ pub(super) fn dispatches(
     for _ in 0..DISPATCHES {
         recording.dispatch(&STEP, &[data.any()], [1, 1, 1]);
     }
-    let mut program = device.prepare(&recording)?;
-    let timing = if method.ends_with("bare") {
-        let bare = Bare::new(device, WORDS as u64, !wall);
-        sample(meter, || bare.run(DISPATCHES))?
-    } else if wall {
-        sample(meter, || {
-            let start = Instant::now();
-            program.run()?.wait()?;
-            Ok(start.elapsed().as_secs_f64())
-        })?
-    } else {
-        program.take_times(Timing::Whole)?;
-        sample(meter, || gpu_time(&program))?
-    };
-    recording.download(data);
-    let found = device.prepare(&recording)?.run()?.wait()?.read(data)?;
     let mut expected = vec![0_u32; WORDS];
     for _ in 0..DISPATCHES {
-        for (i, word) in (0_u32..).zip(&mut expected) {
-            *word = word.wrapping_mul(3).wrapping_add(i);
-        }
+        step(&mut expected);
     }
+    let (found, timing) = if method.ends_with("bare") {
+        let bare = Bare::new(device, WORDS as u64, !wall);
+        bare.run(DISPATCHES)?;
+        let found = bare.result()?;
+        (found, sample(meter, || bare.run(DISPATCHES))?)
+    } else {
+        let mut checked = recording.clone();
+        checked.download(data);
+        let found = device.prepare(&checked)?.run()?.wait()?.read(data)?;
+        let mut program = device.prepare(&recording)?;
+        let timing = if wall {
+            sample(meter, || {
+                let start = Instant::now();
+                program.run()?.wait()?;
+                Ok(start.elapsed().as_secs_f64())
+            })?
+        } else {
+            program.take_times(Timing::Whole)?;
+            sample(meter, || gpu_time(&program))?
+        };
+        (found, timing)
+    };
     let method = format!("{method}{}", if wall { "-wall" } else { "" });
     Ok(timing.map(|timing| Row {
         error_forward: Some(mismatch(&found, &expected)),

@@ -6,7 +6,7 @@ use vertebra_gpu::wgpu::Features;
 use vertebra_gpu::{Binding, Device, Error, Kernel, Recording, Timing, workgroups};
 
 /// data[i] <- 3 data[i] + i: order shows.
-const STEP: Kernel = Kernel::new(
+pub(crate) const STEP: Kernel = Kernel::new(
     "step",
     &["
     @group(0) @binding(0) var<storage, read_write> data: array<u32>;
@@ -21,7 +21,7 @@ const STEP: Kernel = Kernel::new(
 );
 
 /// What [`STEP`] does.
-fn step(data: &mut [u32]) {
+pub(crate) fn step(data: &mut [u32]) {
     for (i, word) in (0_u32..).zip(data) {
         *word = word.wrapping_mul(3).wrapping_add(i);
     }
