@@ -2,8 +2,8 @@
 //!
 //! This crate is what an application imports. It only gathers the others, each of which can be used
 //! alone: `vertebra-spatial` (6-D algebra), `vertebra-assembly` (models, generators, URDF),
-//! `vertebra-dynamics` (ABA, RNEA, CRBA, integrators, residuals) and `vertebra-collision` (meshes
-//! and their colliding triangles).
+//! `vertebra-dynamics` (ABA, divide and conquer, batches, RNEA, CRBA, integrators, residuals) and
+//! `vertebra-collision` (meshes and their colliding triangles).
 //!
 //! Conventions (frames, order, units) stand in the documentation of [`spatial`].
 
