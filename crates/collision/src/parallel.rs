@@ -100,3 +100,25 @@ pub(crate) fn share<S: Send>(
     let workers = threads.min(count);
     map(workers, workers, worker)
 }
+
+#[cfg(all(test, feature = "rayon"))]
+mod tests {
+    use super::*;
+
+    /// The task after the first is done last, so that its worker has none of the others.
+    #[test]
+    fn values_stand_in_order_whoever_computed_them() {
+        const COUNT: usize = 8;
+        let others_done = AtomicUsize::new(0);
+        let task = |index| {
+            while index == 1 && others_done.load(Ordering::Acquire) < COUNT - 1 {
+                std::thread::yield_now();
+            }
+            others_done.fetch_add(1, Ordering::Release);
+            index
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+        let values = pool.unwrap().install(|| in_order(2, COUNT, task));
+        assert_eq!(values, (0..COUNT).collect::<Vec<_>>());
+    }
+}
