@@ -105,16 +105,24 @@ pub(crate) fn share<S: Send>(
 mod tests {
     use super::*;
 
-    /// The task after the first is done last, so that its worker has none of the others.
+    /// Task 0 waits for task 1, which so has another worker, and that for all others.
     #[test]
     fn values_stand_in_order_whoever_computed_them() {
         const COUNT: usize = 8;
-        let others_done = AtomicUsize::new(0);
-        let task = |index| {
-            while index == 1 && others_done.load(Ordering::Acquire) < COUNT - 1 {
+        let (begun, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let wait = |counter: &AtomicUsize, wanted| {
+            while counter.load(Ordering::Acquire) < wanted {
                 std::thread::yield_now();
             }
-            others_done.fetch_add(1, Ordering::Release);
+        };
+        let task = |index| {
+            begun.fetch_add(1, Ordering::Release);
+            match index {
+                0 => wait(&begun, 2),
+                1 => wait(&done, COUNT - 1),
+                _ => {}
+            }
+            done.fetch_add(1, Ordering::Release);
             index
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
