@@ -2,6 +2,7 @@
 //! wrong. They run on any device, a software one too.
 
 mod faults;
+mod mismatches;
 mod primitives;
 pub(crate) mod runtime;
 mod stages;
@@ -29,6 +30,12 @@ pub const CHECKS: &[GpuCheck] = &[
     check("same_bits", primitives::same_bits),
     check("commands_in_order", runtime::commands_in_order),
     check("indirect_dispatch", runtime::indirect_dispatch),
+    check(
+        "elements_in_two_dimensions",
+        runtime::elements_in_two_dimensions,
+    ),
+    check("lengths", runtime::lengths),
+    check("repetitions", runtime::repetitions),
     check("runs_overlap", runtime::runs_overlap),
     check("shared_buffers", runtime::shared_buffers),
     check("times", runtime::times),
@@ -41,6 +48,14 @@ pub const CHECKS: &[GpuCheck] = &[
     check("device_lost", faults::device_lost),
     check("invalid_shader", faults::invalid_shader),
     check("wrong_recordings", faults::wrong_recordings),
+    check("wrong_sharing", mismatches::wrong_sharing),
+    check("wrong_slots", mismatches::wrong_slots),
+    check("unheard_failures", mismatches::unheard_failures),
+    check(
+        "failures_of_repetitions",
+        mismatches::failures_of_repetitions,
+    ),
+    check("kernel_differs", mismatches::kernel_differs),
     check("nan_in_data", stages::nan_in_data),
     check("nan_made_on_the_device", stages::nan_made_on_the_device),
     check("failed_stage", stages::failed_stage),

@@ -3,7 +3,9 @@
 
 #![expect(clippy::print_stdout, reason = "an example prints what it finds")]
 
-use vertebra_gpu::{Binding, Device, Error, Kernel, Recording, STATUS, Timing, workgroups};
+use vertebra_gpu::{
+    Binding, Device, ELEMENTS, Error, Kernel, Recording, STATUS, Timing, workgroups,
+};
 
 const ROUGHNESS: Kernel = Kernel::new(
     "roughness",
@@ -14,12 +16,17 @@ const ROUGHNESS: Kernel = Kernel::new(
     @group(0) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
 
     @compute @workgroup_size(64)
-    fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-        if id.x >= arrayLength(&squares) { return; }
-        let difference = height[id.x + 1u] - height[id.x];
-        squares[id.x] = difference * difference;
-        if (bitcast<u32>(difference) & 0x7f800000u) == 0x7f800000u { fail(id.x); }
+    fn main(
+        @builtin(global_invocation_id) id: vec3<u32>,
+        @builtin(num_workgroups) groups: vec3<u32>,
+    ) {
+        let i = element(id, groups, 64u);
+        if i >= arrayLength(&squares) { return; }
+        let difference = height[i + 1u] - height[i];
+        squares[i] = difference * difference;
+        if (bitcast<u32>(difference) & 0x7f800000u) == 0x7f800000u { fail(i); }
     }",
+        ELEMENTS,
         STATUS,
     ],
     &[
