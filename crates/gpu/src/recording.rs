@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use bytemuck::Pod;
 
 use crate::buffer::Buffer;
+use crate::error::Problem;
 use crate::kernel::Kernel;
 
 /// A buffer of a recording, by its place in it.
@@ -129,6 +130,8 @@ pub struct Recording {
     pub(crate) commands: Vec<Command>,
     pub(crate) stages: Vec<String>,
     pub(crate) status: Option<Slot<u32>>,
+    /// What did not fit together while it was built.
+    pub(crate) problems: Vec<Problem>,
     scopes: Vec<String>,
 }
 
@@ -145,6 +148,7 @@ impl Recording {
             commands: Vec::new(),
             stages: Vec::new(),
             status: None,
+            problems: Vec::new(),
             scopes: Vec::new(),
         }
     }
@@ -226,11 +230,49 @@ impl Recording {
         result
     }
 
-    /// A further stage that can fail, 32 at most. See [`Stage`].
+    /// The stage of this name, 32 of them at most. See [`Stage`].
     pub fn stage(&mut self, name: &str) -> Stage {
-        self.stages.push(name.to_owned());
+        let found = self.stages.iter().position(|stage| stage == name);
+        let place = found.unwrap_or_else(|| {
+            self.stages.push(name.to_owned());
+            self.stages.len() - 1
+        });
         // Beyond the 32nd the recording is refused, so that the bit is never used.
-        Stage(u8::try_from(self.stages.len() - 1).unwrap_or(u8::MAX))
+        Stage(u8::try_from(place).unwrap_or(u8::MAX))
+    }
+
+    /// Refuses the recording unless two buffers have equally many elements: for functions that
+    /// record a computation on both.
+    pub fn require_same_len<A, B>(&mut self, first: Slot<A>, second: Slot<B>) {
+        let found = (self.declaration(first.any), self.declaration(second.any));
+        // A buffer of another recording is refused where it is used.
+        if let (Some(a), Some(b)) = found
+            && a.len != b.len
+        {
+            let problem = Problem::Lengths {
+                what: self.scope_name(),
+                first: a.name.clone(),
+                first_len: a.len,
+                second: b.name.clone(),
+                second_len: b.len,
+            };
+            self.problems.push(problem);
+        }
+    }
+
+    /// Refuses the recording unless a buffer has so many elements or more.
+    pub fn require_len<T>(&mut self, slot: Slot<T>, least: u64) {
+        if let Some(found) = self.declaration(slot.any)
+            && found.len < least
+        {
+            let problem = Problem::Size {
+                command: self.scope_name(),
+                buffer: found.name.clone(),
+                needed: least * found.stride,
+                available: found.bytes(),
+            };
+            self.problems.push(problem);
+        }
     }
 
     /// The status word and the first failing element of each stage, zero before a run; read after
@@ -271,6 +313,14 @@ impl Recording {
             buffers: buffers.to_vec(),
             groups,
         }));
+    }
+
+    /// What is recorded now.
+    fn scope_name(&self) -> String {
+        if self.scopes.is_empty() {
+            return self.name.clone();
+        }
+        self.scopes.join(".")
     }
 
     /// Scopes and name, with dots between.
