@@ -59,6 +59,7 @@
 
 mod adapter;
 mod buffer;
+pub mod capture;
 mod check;
 mod device;
 mod error;
