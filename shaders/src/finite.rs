@@ -5,16 +5,23 @@ use vertebra_gpu::{Recording, Slot, Stage, workgroups};
 
 use crate::kernels::{FINITE, THREADS};
 use crate::layout::Numbers;
-use crate::scan::length;
+use crate::ranges::length;
 
-/// A floating-point type of WGSL.
-pub trait Number: Pod {}
-impl Number for f32 {}
-impl Number for f64 {}
+/// A floating-point number: `f32` or `f64`.
+pub trait Float: Pod + sealed::Sealed {}
+impl Float for f32 {}
+impl Float for f64 {}
+
+mod sealed {
+    /// What is a float is for WGSL to say.
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
 
 /// Records a test of `data`: a number that is infinite or NaN is a failure of `stage`, named by its
 /// index. Works on devices without f64 too.
-pub fn finite<T: Number>(recording: &mut Recording, stage: Stage, data: Slot<T>) {
+pub fn finite<T: Float>(recording: &mut Recording, stage: Stage, data: Slot<T>) {
     let count = length(recording, data);
     if count == 0 {
         return;

@@ -264,7 +264,8 @@ fn histograms(device: &Device, meter: &Meter, len: usize) -> anyhow::Result<Opti
     let record = |recording: &mut Recording| {
         let keys = recording.buffer_from("keys", &keys);
         let result = recording.buffer::<u32>("counts", BINS);
-        histogram(recording, keys, result);
+        let stage = recording.stage("keys");
+        histogram(recording, stage, keys, result);
         Recorded { result, len: BINS }
     };
     measure(
