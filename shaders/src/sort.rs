@@ -163,7 +163,7 @@ impl Sort {
         let shape = |kernel: Kernel| kernel.with(part).with(rows.constants());
         let count = shape(SORT_COUNT).workgroup_memory_of(4 << rows.bits());
         let mut scatter = shape(SORT_SCATTER).workgroup_memory_of(workgroup_memory(rows, items));
-        for part in rows.parts() {
+        for &part in rows.parts() {
             scatter = scatter.with(part);
         }
         if rows != Rows::Lanes {
