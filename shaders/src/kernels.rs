@@ -2,7 +2,8 @@
 
 use vertebra_gpu::{Binding, Kernel, STATUS};
 
-use crate::layout::{Bins, Digit, Lengths, Numbers, Ranges};
+use crate::finite;
+use crate::layout::{Bins, Digit, Lengths, Ranges};
 use crate::operator::{Operator, Precision};
 use crate::sort::{Rows, Sort};
 use crate::twins;
@@ -93,11 +94,12 @@ pub(crate) const HISTOGRAM: Kernel = Kernel::new(
 )
 .workgroup_memory_of(4 * 2048);
 
+/// Needs a type of numbers.
 pub(crate) const FINITE: Kernel = Kernel::new(
     "finite",
     &[include_str!("../wgsl/finite.wgsl"), STATUS],
     &[
-        Binding::uniform::<Numbers>("numbers"),
+        Binding::uniform::<u32>("count"),
         Binding::read::<u32>("data"),
         Binding::read_write::<u32>("status"),
     ],
@@ -168,7 +170,9 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
             }
         }
     }
-    let others = [SET_RANGES, COMPACT, HISTOGRAM, FINITE];
+    kernels.push(("finite f32".to_owned(), finite::kernel::<f32>()));
+    kernels.push(("finite f64".to_owned(), finite::kernel::<f64>()));
+    let others = [SET_RANGES, COMPACT, HISTOGRAM];
     kernels.extend(others.map(|kernel| (kernel.name().to_owned(), kernel)));
     kernels
 });

@@ -56,13 +56,3 @@ pub struct Bins {
     /// Number of bins.
     pub bins: u32,
 }
-
-/// What the test for finite numbers works on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Numbers {
-    /// How many.
-    pub count: u32,
-    /// Words of a number: 1 for f32, 2 for f64.
-    pub words: u32,
-}

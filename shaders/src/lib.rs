@@ -53,7 +53,7 @@ pub use compact::{compact, compact_counted};
 pub use finite::{Float, finite};
 pub use histogram::histogram;
 pub use kernels::KERNELS;
-pub use layout::{Bins, Digit, Lengths, Numbers, Range, Ranges};
+pub use layout::{Bins, Digit, Lengths, Range, Ranges};
 pub use operator::{Operator, Precision};
 pub use reduce::Reduce;
 pub use scan::{Scan, ScanKind};

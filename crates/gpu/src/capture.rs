@@ -21,8 +21,9 @@
 //! # Ok::<(), vertebra_gpu::capture::CaptureError>(())
 //! ```
 
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -122,24 +123,26 @@ impl Capture {
         })
     }
 
-    /// Writes a file of its own, `vertebra-COMPUTATION-PROCESS-NUMBER.json`; returns where.
+    /// Writes a new file, `vertebra-COMPUTATION-NUMBER.json`; returns where.
     ///
     /// # Errors
     /// [`CaptureError::File`].
     pub fn write(&self, directory: &Path) -> Result<PathBuf, CaptureError> {
-        // One file for each capture of a process.
-        static WRITTEN: AtomicU32 = AtomicU32::new(0);
-        let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         let name = self.computation.replace(|c| !is_plain(c), "_");
-        let name = format!("vertebra-{name}-{}-{number}.json", std::process::id());
-        let path = directory.join(name);
-        let text = serde_json::to_vec(self).map_err(|source| CaptureError::Content {
-            path: path.display().to_string(),
-            source,
-        })?;
-        std::fs::write(&path, text).map_err(|source| file_error(&path, source))?;
-        Ok(path)
+        for number in 0_u32.. {
+            let path = directory.join(format!("vertebra-{name}-{number}.json"));
+            let mut file = match File::create_new(&path) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => continue,
+                Err(source) => return Err(file_error(&path, source)),
+                Ok(file) => BufWriter::new(file),
+            };
+            let text = serde_json::to_writer(&mut file, self).map_err(std::io::Error::from);
+            text.and_then(|()| file.flush())
+                .map_err(|source| file_error(&path, source))?;
+            return Ok(path);
+        }
+        Err(file_error(directory, ErrorKind::AlreadyExists.into()))
     }
 
     /// Reads a file.
