@@ -1,10 +1,12 @@
 //! The checks of a GPU: primitives against the CPU, the runtime, and what happens when things go
 //! wrong. They run on any device, a software one too.
 
+mod compare;
 mod faults;
 mod mismatches;
 mod primitives;
 pub(crate) mod runtime;
+mod sorts;
 mod stages;
 
 use super::{Figure, Outcome};
@@ -22,12 +24,17 @@ pub struct GpuCheck {
 pub const CHECKS: &[GpuCheck] = &[
     check("scan", primitives::scan),
     check("scan_in_order", primitives::affine_scan),
+    check("float_scan", primitives::float_scan),
     check("reduce", primitives::reduce),
-    check("sort", primitives::sort),
-    check("sort_shapes", primitives::sort_shapes),
+    check("own_operator", primitives::own_operator),
+    check("sort", sorts::sort),
+    check("sort_shapes", sorts::sort_shapes),
+    check("sort_in_a_wrong_shape", sorts::sort_in_a_wrong_shape),
+    check("counts_on_the_device", sorts::counts_on_the_device),
     check("compact", primitives::compact),
     check("histogram", primitives::histogram),
     check("same_bits", primitives::same_bits),
+    check("failures_are_captured", compare::failures_are_captured),
     check("commands_in_order", runtime::commands_in_order),
     check("indirect_dispatch", runtime::indirect_dispatch),
     check(

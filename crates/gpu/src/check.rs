@@ -15,7 +15,7 @@ impl Recording {
             recording: self,
             limits,
             features,
-            problems: Vec::new(),
+            problems: self.problems.clone(),
         };
         self.buffers.iter().for_each(|b| checker.buffer(b));
         for (number, command) in self.commands.iter().enumerate() {

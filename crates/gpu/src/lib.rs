@@ -64,7 +64,9 @@
 
 mod adapter;
 mod buffer;
+pub mod capture;
 mod check;
+mod demands;
 mod device;
 mod elements;
 mod encode;

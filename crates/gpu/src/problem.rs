@@ -106,6 +106,22 @@ pub enum Problem {
         /// Bytes the buffer has.
         available: u64,
     },
+    /// Two buffers of one computation with unequal lengths.
+    #[error(
+        "{what}: `{first}` has {first_len} elements and `{second}` has {second_len}; they must have equally many"
+    )]
+    Lengths {
+        /// The computation.
+        what: String,
+        /// Name of the one buffer.
+        first: String,
+        /// Its elements.
+        first_len: u64,
+        /// Name of the other buffer.
+        second: String,
+        /// Its elements.
+        second_len: u64,
+    },
     /// Elements that are not a whole number of words.
     #[error("buffer `{buffer}` has elements of {bytes} bytes; they must be 4, 8, 12, ...")]
     Element {

@@ -9,6 +9,7 @@ use bytemuck::Pod;
 use crate::buffer::Buffer;
 use crate::device::Device;
 use crate::kernel::Kernel;
+use crate::problem::Problem;
 
 /// A buffer of a recording, by its place in it.
 #[derive(Debug)]
@@ -143,6 +144,8 @@ pub struct Recording {
     /// Of each stage, its number and its name.
     pub(crate) stages: Vec<(u64, String)>,
     pub(crate) status: Option<Slot<u32>>,
+    /// What did not fit together while it was built.
+    pub(crate) problems: Vec<Problem>,
     scopes: Vec<String>,
 }
 
@@ -156,6 +159,7 @@ impl Recording {
             commands: Vec::new(),
             stages: Vec::new(),
             status: None,
+            problems: Vec::new(),
             scopes: Vec::new(),
         }
     }
@@ -238,11 +242,13 @@ impl Recording {
         result
     }
 
-    /// A further stage that can fail, 32 at most. See [`Stage`].
+    /// The stage of this name, 32 of them at most. See [`Stage`].
     pub fn stage(&mut self, name: &str) -> Stage {
-        let id = next_id();
-        // Beyond the 32nd the recording is refused, so that the bit is never used.
-        let bit = u8::try_from(self.stages.len()).unwrap_or(u8::MAX);
+        if let Some(bit) = self.stages.iter().position(|(_, stage)| stage == name) {
+            let (id, bit) = (self.stages[bit].0, stage_bit(bit));
+            return Stage { id, bit };
+        }
+        let (id, bit) = (next_id(), stage_bit(self.stages.len()));
         self.stages.push((id, name.to_owned()));
         Stage { id, bit }
     }
@@ -306,6 +312,14 @@ impl Recording {
         })));
     }
 
+    /// What is recorded now.
+    pub(crate) fn scope_name(&self) -> String {
+        if self.scopes.is_empty() {
+            return self.name.clone();
+        }
+        self.scopes.join(".")
+    }
+
     /// Scopes and name, with dots between.
     fn label(&self, name: &str) -> String {
         let scopes = self.scopes.iter().map(String::as_str);
@@ -336,6 +350,11 @@ impl Recording {
             element: PhantomData,
         }
     }
+}
+
+/// Beyond the 32nd stage the recording is refused, so that the bit is never used.
+fn stage_bit(place: usize) -> u8 {
+    u8::try_from(place).unwrap_or(u8::MAX)
 }
 
 /// The word of bits, then for each stage the complement of its first failing element.
