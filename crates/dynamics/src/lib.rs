@@ -27,6 +27,7 @@
 
 mod aba;
 mod batch;
+mod correct;
 mod cost;
 mod crba;
 mod dca;
@@ -41,6 +42,7 @@ mod kinematics;
 mod link;
 mod passed_on;
 mod precision;
+mod refine;
 mod residual;
 mod rnea;
 mod simulation;
@@ -58,6 +60,7 @@ pub use forward_error::forward_error;
 pub use integrate::Integrator;
 pub use kinematics::{body_poses, forward_kinematics};
 pub use precision::Precision;
+pub use refine::{Refinement, refine};
 pub use residual::{Residual, Solved, residual};
 pub use rnea::rnea;
 pub use simulation::Simulation;
