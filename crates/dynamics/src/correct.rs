@@ -1,17 +1,17 @@
 //! Iterative refinement of what the articulated-body algorithm computed.
 //!
-//! The solution leaves, of the equations of a body and its joint,
+//! The solution leaves, of the equations of a body,
 //!
-//! r = external + f - I a - sum over children of X' f_child,   j = X a_parent + c + S qdd - a,
+//! r = external + f - I a - sum over children of X' f_child;
 //!
-//! and S'f = tau to rounding. The correction solves the same equations for bodies at rest on which r
-//! acts and in whose joints accelerations jump by j, with the factors at hand (symbols of
-//! [`aba`](crate::aba)). Up: pA = -r + sum of X' pa, u = -S' pA, pa = pA + IA j + U D^-1 (u - U'j). Down:
-//! a' = X a_parent + j, qdd = D^-1 (u - U'a'), a = a' + S qdd; then f = IA a + pA.
+//! S'f = tau and a = X a_parent + c + S qdd hold to rounding, since they were computed so. The correction
+//! solves the same equations for bodies at rest on which r acts, with the factors at hand (symbols of
+//! [`aba`](crate::aba)). Up: pA = -r + sum of X' pa, u = -S' pA, pa = pA + U D^-1 u. Down: a' = X a_parent,
+//! qdd = D^-1 (u - U'a'), a = a' + S qdd; then f = IA a + pA.
 
 use crate::drive::transmitted;
 use crate::link::Kind;
-use crate::refine::{larger, left, relative, size};
+use crate::refine::{enlarge, left, relative};
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Refinement, Workspace, finite_results, joint_wrenches};
 use vertebra_spatial::{Force, Motion, Real, Vec3};
@@ -19,12 +19,11 @@ use vertebra_spatial::{Force, Motion, Real, Vec3};
 /// Memory of the corrections, one entry a body unless it says otherwise.
 #[derive(Clone, Debug)]
 pub(crate) struct Corrections<T> {
-    /// r.
-    loads: Vec<Force<T>>,
-    /// The largest entry of any of r's terms.
-    sizes: Vec<T>,
-    /// j.
-    jumps: Vec<Motion<T>>,
+    /// What the children take of a body's force, about its origin, and their bias forces; zero between
+    /// corrections, as is the next.
+    arriving: Vec<[Force<T>; 2]>,
+    /// The largest entries of the forces that children take.
+    sizes: Vec<[T; 6]>,
     /// pA.
     biases: Vec<Force<T>>,
     accelerations: Vec<Motion<T>>,
@@ -35,9 +34,8 @@ pub(crate) struct Corrections<T> {
 impl<T: Real> Corrections<T> {
     fn new(bodies: usize, freedoms: usize) -> Self {
         Self {
-            loads: vec![Force::ZERO; bodies],
-            sizes: vec![T::ZERO; bodies],
-            jumps: vec![Motion::ZERO; bodies],
+            arriving: vec![[Force::ZERO; 2]; bodies],
+            sizes: vec![[T::ZERO; 6]; bodies],
             biases: vec![Force::ZERO; bodies],
             accelerations: vec![Motion::ZERO; bodies],
             u: vec![T::ZERO; freedoms],
@@ -83,10 +81,9 @@ impl<T: Real> Sweeps<T> {
     /// Corrects accelerations and transmitted forces; leaves the correction of qdd in `u`. Gives the
     /// residual before.
     fn correct(&mut self, own: &mut Corrections<T>) -> f64 {
-        let mut worst = self.measure(own);
+        let mut worst = 0.0_f64;
         for i in (0..self.links.len()).rev() {
-            worst = worst.max(left(own.loads[i].to_array(), own.sizes[i]));
-            self.gather_again(i, own);
+            worst = worst.max(self.gather_again(i, own));
         }
         for i in 0..self.links.len() {
             self.respond_again(i, own);
@@ -94,79 +91,81 @@ impl<T: Real> Sweeps<T> {
         worst
     }
 
-    /// r and j of all bodies; gives the largest part of a joint's accelerations that j is.
-    fn measure(&self, own: &mut Corrections<T>) -> f64 {
-        let mut worst = 0.0_f64;
-        for i in 0..self.links.len() {
-            let (a, f) = (self.acceleration[i], self.joint_wrench[i]);
-            let parent = self.links[i].parent;
-            let above = parent.map_or(self.base, |parent| {
-                self.acceleration[parent].shifted(self.offset[i])
-            });
-            let mut matched = above + self.bias_acceleration[i];
-            let scale = size([a.to_array(), matched.to_array()]);
-            for dof in self.dofs(i) {
-                matched += self.subspace[dof] * self.u[dof];
-            }
-            let jump = matched - a;
-            worst = worst.max(left(jump.to_array(), scale));
-            own.jumps[i] = jump;
-
-            let inertial = self.inertia[i].mul(a);
-            own.loads[i] = f + self.external[i] - inertial;
-            own.sizes[i] = size([f, self.external[i], inertial].map(Force::to_array));
-            own.biases[i] = Force::ZERO;
-            if let Some(parent) = parent {
-                let taken = f.shifted_back(self.offset[i]);
-                own.loads[parent] -= taken;
-                own.sizes[parent] = larger(own.sizes[parent], size([taken.to_array()]));
-            }
+    /// Up through one joint; gives what the body's equation leaves, as part of its largest term.
+    fn gather_again(&self, i: usize, own: &mut Corrections<T>) -> f64 {
+        let (f, external) = (self.joint_wrench[i], self.external[i]);
+        let inertial = self.inertia[i].mul(self.acceleration[i]);
+        let [taken, bias] = core::mem::replace(&mut own.arriving[i], [Force::ZERO; 2]);
+        let mut size = core::mem::replace(&mut own.sizes[i], [T::ZERO; 6]);
+        for term in [f, external, inertial] {
+            enlarge(&mut size, term.to_array());
         }
-        worst
+        let load = f + external - inertial - taken;
+        let bias = bias - load;
+        own.biases[i] = bias;
+
+        let mut passed = bias;
+        let dofs = self.dofs(i);
+        if let ([column], [u_column]) =
+            (&self.subspace[dofs.clone()], &self.u_columns[dofs.clone()])
+        {
+            let u = -column.dot(bias);
+            own.u[dofs.start] = u;
+            passed += *u_column * (u * self.d_inverse[i]);
+        } else {
+            self.let_go_again(i, own, &mut passed);
+        }
+        if let Some(parent) = self.links[i].parent {
+            let taken = f.shifted_back(self.offset[i]);
+            enlarge(&mut own.sizes[parent], taken.to_array());
+            own.arriving[parent][0] += taken;
+            own.arriving[parent][1] += passed.shifted_back(self.offset[i]);
+        }
+        left(load.to_array(), &size)
     }
 
-    /// Up through one joint.
-    fn gather_again(&self, i: usize, own: &mut Corrections<T>) {
+    /// Takes what a joint of no or several freedoms lets go out of the bias force.
+    fn let_go_again(&self, i: usize, own: &mut Corrections<T>, passed: &mut Force<T>) {
         let dofs = self.dofs(i);
-        let jump = own.jumps[i];
-        let bias = own.biases[i] - own.loads[i];
-        own.biases[i] = bias;
-        let mut passed = bias + self.articulated[i].mul(jump);
         let mut response = [T::ZERO; 6];
-        for (k, dof) in dofs.clone().enumerate() {
-            own.u[dof] = -self.subspace[dof].dot(bias);
-            response[k] = own.u[dof] - jump.dot(self.u_columns[dof]);
+        for (dof, response) in dofs.clone().zip(&mut response) {
+            *response = -self.subspace[dof].dot(*passed);
+            own.u[dof] = *response;
         }
         self.solve_pivots(i, &mut response);
         for (dof, response) in dofs.zip(response) {
-            passed += self.u_columns[dof] * response;
+            *passed += self.u_columns[dof] * response;
         }
         // As in the solution, what these let go is exactly nothing.
         match self.links[i].kind {
             Kind::Spherical => passed.angular = Vec3::ZERO,
-            Kind::Free => passed = Force::ZERO,
+            Kind::Free => *passed = Force::ZERO,
             _ => {}
-        }
-        if let Some(parent) = self.links[i].parent {
-            own.biases[parent] += passed.shifted_back(self.offset[i]);
         }
     }
 
     /// Down through one joint; corrects the body's acceleration and transmitted force.
     fn respond_again(&mut self, i: usize, own: &mut Corrections<T>) {
         let dofs = self.dofs(i);
-        let mut a = own.jumps[i];
-        if let Some(parent) = self.links[i].parent {
-            a += own.accelerations[parent].shifted(self.offset[i]);
-        }
-        let mut response = [T::ZERO; 6];
-        for (k, dof) in dofs.clone().enumerate() {
-            response[k] = own.u[dof] - a.dot(self.u_columns[dof]);
-        }
-        self.solve_pivots(i, &mut response);
-        for (dof, response) in dofs.clone().zip(response) {
-            a += self.subspace[dof] * response;
-            own.u[dof] = response;
+        let mut a = self.links[i].parent.map_or(Motion::ZERO, |parent| {
+            own.accelerations[parent].shifted(self.offset[i])
+        });
+        if let ([column], [u_column]) =
+            (&self.subspace[dofs.clone()], &self.u_columns[dofs.clone()])
+        {
+            let response = (own.u[dofs.start] - a.dot(*u_column)) * self.d_inverse[i];
+            a += *column * response;
+            own.u[dofs.start] = response;
+        } else {
+            let mut response = [T::ZERO; 6];
+            for (dof, response) in dofs.clone().zip(&mut response) {
+                *response = own.u[dof] - a.dot(self.u_columns[dof]);
+            }
+            self.solve_pivots(i, &mut response);
+            for (dof, response) in dofs.clone().zip(response) {
+                a += self.subspace[dof] * response;
+                own.u[dof] = response;
+            }
         }
         own.accelerations[i] = a;
         self.acceleration[i] += a;
@@ -175,16 +174,10 @@ impl<T: Real> Sweeps<T> {
         self.joint_wrench[i] += transmitted(self.links[i].kind, f, &self.subspace[dofs], &still);
     }
 
-    /// Multiplies with D^-1.
+    /// Multiplies with D^-1 of a joint of several freedoms.
     fn solve_pivots(&self, i: usize, response: &mut [T; 6]) {
-        match self.links[i].kind {
-            Kind::Fixed => {}
-            Kind::Revolute | Kind::Prismatic => response[0] = response[0] * self.d_inverse[i],
-            Kind::Spherical | Kind::Free => {
-                if let Some(factor) = &self.factors[self.factor_of[i] as usize] {
-                    factor.solve(response);
-                }
-            }
+        if let Some(Some(factor)) = self.factors.get(self.factor_of[i] as usize) {
+            factor.solve(response);
         }
     }
 }

@@ -54,27 +54,30 @@ pub(crate) fn relative(change: f64, largest: f64) -> f64 {
     if change == 0.0 { 0.0 } else { change / largest }
 }
 
-/// The largest entry of several vectors.
-#[inline]
-pub(crate) fn size<T: Real, const N: usize>(vectors: [[T; 6]; N]) -> T {
-    vectors
-        .into_iter()
-        .flatten()
-        .fold(T::ZERO, |size, entry| larger(size, entry.abs()))
+/// Takes the larger absolute value, entry by entry.
+#[inline(always)]
+pub(crate) fn enlarge<T: Real>(size: &mut [T; 6], term: [T; 6]) {
+    for (size, entry) in size.iter_mut().zip(term) {
+        *size = larger(*size, entry.abs());
+    }
 }
 
-#[inline]
-pub(crate) fn larger<T: Real>(a: T, b: T) -> T {
+#[inline(always)]
+fn larger<T: Real>(a: T, b: T) -> T {
     if a > b { a } else { b }
 }
 
-/// What is left of an equation, as part of its largest term; infinite if that is no number.
-#[inline]
-pub(crate) fn left<T: Real>(rest: [T; 6], scale: T) -> f64 {
-    let rest = size([rest]);
+#[inline(always)]
+fn largest<T: Real>([a, b, c, x, y, z]: &[T; 6]) -> T {
+    larger(larger(larger(*a, *x), larger(*b, *y)), larger(*c, *z))
+}
+
+/// What is left of an equation, as part of the largest of its terms, whose entries are at most `size`.
+#[inline(always)]
+pub(crate) fn left<T: Real>(rest: [T; 6], size: &[T; 6]) -> f64 {
+    let rest = largest(&rest.map(T::abs));
     if rest == T::ZERO {
         return 0.0;
     }
-    let part = (rest / scale).to_f64();
-    if part.is_nan() { f64::INFINITY } else { part }
+    (rest / largest(size)).to_f64()
 }

@@ -1,8 +1,8 @@
 //! Iterative refinement: a correction of a solution by what it leaves of the bodies' own equations.
 //!
 //! The solution is three sets of numbers, each rounded by itself: accelerations a and transmitted
-//! forces f of the bodies, and joint accelerations qdd. They leave (RBDA's equations 7.36 to 7.39, one
-//! body and its joint)
+//! forces f of the bodies, and joint accelerations qdd. They leave, of the equations of a body and its
+//! joint,
 //!
 //! r = external + f - I a - sum over children of X' f_child,   j = X a_before + c + S qdd - a,
 //!
@@ -11,10 +11,12 @@
 //! of the solution serve once more, so that a correction is one sweep of vectors up and down. Taken as
 //! residuals of joint forces, r would grow with the condition of the mass matrix, up to n^4 on chains.
 //!
-//! Jumps are taken out first, chunk by chunk: e = X e_before + j from e = 0 where the chunk hangs
-//! makes a + e match across all of its joints. r is that of a + e, and what then responds has no jump
-//! left inside, so that nothing need be kept of the inertias between the joints. What hangs from a body
-//! with its old a (side branches, the outboard half of a cut body) sees its e as a jump of the handle.
+//! j is rounding where a chunk went from body to body, and the error of the joins where it starts at a
+//! cut body or ends with a leaf. It is taken out first, chunk by chunk: e = X e_before + j from e = 0
+//! where the chunk hangs makes a + e match across all of its joints. r is that of a + e, and what then
+//! responds has no jump left inside, so that nothing need be kept of the inertias between the joints.
+//! What hangs from a body with its old a (side branches, the outboard half of a cut body) sees its e as
+//! a jump of the handle.
 
 use super::chunk::Own;
 use super::interior::Freedom;
@@ -25,7 +27,7 @@ use super::solution::Acting;
 use super::split::{Divide, Fault, Outcome, PARALLEL_BODIES, Slots, divide, for_each};
 use super::tree::{Descent, Rakes, Tree};
 use crate::link::Kind;
-use crate::refine::{larger, left, size};
+use crate::refine::{enlarge, left};
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{Force, Motion, Real};
 
@@ -130,66 +132,89 @@ impl<T: Real, L: Real> Tree<T, L> {
         Ok(residual)
     }
 
-    /// What the equations of a chunk's bodies leave.
+    /// What the equations of a chunk's bodies leave; gives the largest part of any term that it is.
     fn measure(&self, chunk: usize, beyond: Option<usize>, (jumps, loads): Left<'_, T>) -> f64 {
         let (plan, places) = (&self.plan, &self.places.bodies);
         let slots = plan.slots_of(chunk);
         let (first, last) = (slots.start, slots.end - 1);
-        let solved = &self.chunks.accelerations;
-        let descent = Descent {
-            base: self.base,
-            jumps: None,
-        };
-        let mut above = match plan.chunks[chunk].inboard {
-            Inboard::Cut(cut) => {
-                let handle = places[cut].handle_acceleration(solved[cut]);
-                handle.shifted(places[first].offset)
-            }
-            Inboard::World => self.base,
-            Inboard::Carrier(_) => (plan.chunks[chunk].head(first)).map_or(Motion::ZERO, |head| {
-                descent.hanging(head, &self.places, solved, 0)
-            }),
-        };
         let mut jump = Motion::ZERO;
         let mut worst = f64::DONE;
         for (slot, (jump_out, load_out)) in slots.zip(jumps.0.iter_mut().zip(loads.0)) {
             let placed = &places[slot];
             if slot > first {
-                above = solved[slot - 1].shifted(placed.offset);
                 jump = jump.shifted(placed.offset);
             }
-            let dofs = plan.dofs_of(slot);
-            let a = solved[slot];
-            let mut matched = above + placed.bias_acceleration;
-            let scale = size([a.to_array(), matched.to_array()]);
-            let columns = &self.places.columns[dofs.clone()];
-            for (&column, &qdd) in columns.iter().zip(&self.chunks.qdd[dofs]) {
-                matched += column * qdd;
+            if let Some(above) = self.above_a_seam(chunk, slot, first, last) {
+                let (own, part) = self.jump(slot, above);
+                worst = worst.and(part);
+                jump += own;
             }
-            let own = matched - a;
-            worst = worst.and(left(own.to_array(), scale));
-            jump += own;
             *jump_out = jump;
 
-            let inertial = placed.inertia.mul(placed.handle_acceleration(a + jump));
-            let f = self.wrenches[slot].shifted_back(-placed.arm);
+            let (mut a, mut f) = (self.chunks.accelerations[slot] + jump, self.wrenches[slot]);
+            if plan.at_center[slot] {
+                a = placed.handle_acceleration(a);
+                f = f.shifted_back(-placed.arm);
+            }
+            let inertial = placed.inertia.mul(a);
             let mut rest = f + placed.external - inertial;
-            let mut scale = size([f, placed.external, inertial].map(Force::to_array));
+            let mut size = f.to_array().map(T::abs);
+            enlarge(&mut size, placed.external.to_array());
+            enlarge(&mut size, inertial.to_array());
             let next = if slot == last { beyond } else { Some(slot + 1) };
             if let Some(next) = next {
                 let taken = self.wrenches[next].shifted_back(places[next].offset);
                 rest -= taken;
-                scale = larger(scale, size([taken.to_array()]));
+                enlarge(&mut size, taken.to_array());
             }
             for raked in plan.rakes[slot].into_iter().flatten() {
                 let taken = self.taken(&self.wrenches, raked);
                 rest -= taken;
-                scale = larger(scale, size([taken.to_array()]));
+                enlarge(&mut size, taken.to_array());
             }
-            worst = worst.and(left(rest.to_array(), scale));
+            worst = worst.and(left(rest.to_array(), &size));
             *load_out = rest;
         }
         worst
+    }
+
+    /// The acceleration that a body's joint hangs from, seen at the joint, if the joins have put the two
+    /// together and not the chunk itself.
+    fn above_a_seam(
+        &self,
+        chunk: usize,
+        slot: usize,
+        first: usize,
+        last: usize,
+    ) -> Option<Motion<T>> {
+        let (plan, places) = (&self.plan, &self.places.bodies);
+        let solved = &self.chunks.accelerations;
+        let ChunkPlan {
+            inboard, outboard, ..
+        } = plan.chunks[chunk];
+        let above = match inboard {
+            Inboard::Cut(cut) if slot == first => places[cut].handle_acceleration(solved[cut]),
+            _ if slot != last || outboard != Outboard::Leaf => return None,
+            _ if slot > first => solved[slot - 1],
+            Inboard::Carrier(carrier) => places[carrier].handle_acceleration(solved[carrier]),
+            _ => return Some(self.base),
+        };
+        Some(above.shifted(places[slot].offset))
+    }
+
+    /// j, and the largest part of its terms that it is.
+    fn jump(&self, slot: usize, above: Motion<T>) -> (Motion<T>, f64) {
+        let dofs = self.plan.dofs_of(slot);
+        let a = self.chunks.accelerations[slot];
+        let mut matched = above + self.places.bodies[slot].bias_acceleration;
+        let mut size = a.to_array().map(T::abs);
+        enlarge(&mut size, matched.to_array());
+        let columns = &self.places.columns[dofs.clone()];
+        for (&column, &qdd) in columns.iter().zip(&self.chunks.qdd[dofs]) {
+            matched += column * qdd;
+        }
+        let jump = matched - a;
+        (jump, left(jump.to_array(), &size))
     }
 
     /// Up: the biases of the rake sums of a round.
@@ -280,11 +305,15 @@ impl<T: Real, L: Real> Given<'_, T, L> {
     /// The bias force of a body's share, rakes included, about its handle point. Side branches hang
     /// from the body's acceleration without its jump, which therefore moves them.
     fn bias(&self, slot: usize, share: f64) -> Force<T> {
-        let jump = self.corrections.jumps[slot].shifted(self.rakes.places.bodies[slot].arm);
-        let rakes = self.rakes.plan.rakes[slot].into_iter().flatten();
-        let bias = rakes.fold(-self.corrections.loads[slot], |sum, raked| {
-            sum + self.rakes.bias(raked, jump)
-        });
+        let mut bias = -self.corrections.loads[slot];
+        let rakes = self.rakes.plan.rakes[slot];
+        if rakes[0].is_some() {
+            let arm = self.rakes.places.bodies[slot].arm;
+            let jump = self.corrections.jumps[slot].shifted(arm);
+            for raked in rakes.into_iter().flatten() {
+                bias += self.rakes.bias(raked, jump);
+            }
+        }
         bias * T::from_f64(share)
     }
 
@@ -292,11 +321,10 @@ impl<T: Real, L: Real> Given<'_, T, L> {
     fn bias_beyond(&self, slot: usize) -> Force<T> {
         let placed = &self.rakes.places.bodies[slot];
         let jump = self.corrections.jumps[slot].shifted(placed.arm);
-        let load = self.corrections.loads[slot] + placed.inertia.mul(jump);
-        let rakes = self.rakes.plan.rakes[slot].into_iter().flatten();
-        let bias = rakes.fold(-load, |sum, raked| {
-            sum + self.rakes.bias(raked, Motion::ZERO)
-        });
+        let mut bias = -self.corrections.loads[slot] - placed.inertia.mul(jump);
+        for raked in self.rakes.plan.rakes[slot].into_iter().flatten() {
+            bias += self.rakes.bias(raked, Motion::ZERO);
+        }
         bias * T::HALF
     }
 

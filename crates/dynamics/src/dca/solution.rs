@@ -83,8 +83,8 @@ impl<T: Real, L: Real> Tree<T, L> {
                     placed.inertia.mul(placed.handle_acceleration(a)) - placed.external
                 }
                 Acting::Loads { loads, jumps } => {
-                    let response = a - jumps[slot];
-                    placed.inertia.mul(response.shifted(placed.arm)) - loads[slot]
+                    let response = (a - jumps[slot]).shifted(placed.arm);
+                    placed.inertia.mul(response) - loads[slot]
                 }
             };
             for raked in self.plan.rakes[slot].into_iter().flatten() {
