@@ -116,7 +116,7 @@ impl<T: Pod> Buffer<T> {
     }
 }
 
-/// A buffer of zeros. wgpu wants room for four words where timestamps and results go.
+/// A buffer of zeros, of four words at least: an empty one could be neither bound nor mapped.
 pub(crate) fn allocate(
     device: &Device,
     name: &str,

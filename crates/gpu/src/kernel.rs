@@ -170,8 +170,15 @@ impl Kernel {
     /// Adds a part of WGSL. A kernel is told from another by what it declares, parts and constants
     /// together.
     #[must_use]
-    pub fn with(mut self, part: impl Into<Cow<'static, str>>) -> Self {
-        self.added.push(part.into());
+    pub fn with(mut self, part: &'static str) -> Self {
+        self.added.push(Cow::Borrowed(part));
+        self
+    }
+
+    /// Adds a part of WGSL that is made at run time.
+    #[must_use]
+    pub fn with_text(mut self, part: String) -> Self {
+        self.added.push(Cow::Owned(part));
         self
     }
 

@@ -98,7 +98,7 @@ pub(crate) enum Command {
     Upload { to: AnySlot, data: Arc<[u8]> },
     Copy { from: AnySlot, to: AnySlot },
     Clear(AnySlot),
-    Dispatch(Dispatch),
+    Dispatch(Box<Dispatch>),
     Download(AnySlot),
 }
 
@@ -304,12 +304,12 @@ impl Recording {
 
     fn push_dispatch(&mut self, kernel: &Kernel, buffers: &[AnySlot], groups: Groups) {
         let label = self.label(kernel.name());
-        self.commands.push(Command::Dispatch(Dispatch {
+        self.commands.push(Command::Dispatch(Box::new(Dispatch {
             label,
             kernel: kernel.clone(),
             buffers: buffers.to_vec(),
             groups,
-        }));
+        })));
     }
 
     /// What is recorded now.

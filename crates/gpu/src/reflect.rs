@@ -6,8 +6,8 @@
 use std::collections::BTreeMap;
 
 use naga::{
-    AddressSpace, EntryPoint, Expression, Handle, Literal, Module, ShaderStage, StorageAccess,
-    TypeInner,
+    AddressSpace, EntryPoint, Expression, Handle, Literal, Module, ResourceBinding, Scalar,
+    ShaderStage, StorageAccess, TypeInner,
 };
 
 use crate::error::Problem;
@@ -50,6 +50,11 @@ impl Compared<'_> {
         }
     }
 
+    fn declared_stride(&self, place: &ResourceBinding) -> Option<u32> {
+        let binding = self.kernel.bindings().get(place.binding as usize);
+        binding.map(|binding| binding.stride)
+    }
+
     /// Bindings and workgroup memory.
     fn variables(&mut self, module: &Module) {
         let mut layouts = naga::proc::Layouter::default();
@@ -81,7 +86,14 @@ impl Compared<'_> {
                 _ => "no buffer",
             };
             let stride = match module.types[variable.ty].inner {
-                TypeInner::Array { stride, .. } => stride,
+                TypeInner::Array { base, stride, .. } => {
+                    let is_word = module.types[base].inner.scalar() == Some(Scalar::U32);
+                    // Words may be parts of larger elements.
+                    let larger = self
+                        .declared_stride(place)
+                        .filter(|_| is_word && stride == 4);
+                    larger.filter(|d| d.is_multiple_of(4)).unwrap_or(stride)
+                }
                 _ => size,
             };
             let name = variable.name.as_deref().unwrap_or_default();
@@ -187,6 +199,13 @@ mod tests {
     #[test]
     fn a_kernel_that_matches_its_shader_has_none() {
         assert_eq!(differences(&RIGHT), [""; 0]);
+        // Elements of several words as words.
+        const WORDS: &str = "
+            @group(0) @binding(0) var<storage, read> words: array<u32>;
+            @compute @workgroup_size(1) fn main() { _ = words[0]; }";
+        const PAIRS: &[Binding] = &[Binding::read::<f64>("words")];
+        let words = Kernel::new("words", &[WORDS], PAIRS, [1, 1, 1]);
+        assert_eq!(differences(&words), [""; 0]);
         // A shader that does not compile is the compiler's to refuse.
         assert_eq!(differences(&RIGHT.with("fn (")), [""; 0]);
     }

@@ -329,7 +329,7 @@ fn kernels_with_other_parts_or_constants_are_others() {
     assert_ne!(BLEND.stride("source", 8), BLEND);
     // Made at run time.
     let part = format!("const N: u32 = {};", 3);
-    let made = BLEND.named("blend of 3".to_owned()).with(part);
+    let made = BLEND.named("blend of 3".to_owned()).with_text(part);
     assert_eq!(made.name(), "blend of 3");
     assert_eq!(made.source(), "\nconst N: u32 = 3;");
 }

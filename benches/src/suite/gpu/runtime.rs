@@ -343,25 +343,16 @@ pub(super) fn times(device: &Device) -> Outcome {
     let output = program.run()?.wait()?;
     let each = output.dispatch_times();
     let sum: f64 = each.iter().map(|(_, seconds)| seconds).sum();
-    // The copies are the most of it, and only count with the commands.
+    // Copies alone count with the commands only.
     let mut copies = Recording::new("copies");
-    let from = copies.buffer::<u32>("from", 1 << 22);
-    let to = copies.buffer::<u32>("to", 1 << 22);
-    let small = copies.buffer::<u32>("small", 64);
+    let from = copies.buffer::<u32>("from", 1 << 20);
+    let to = copies.buffer::<u32>("to", 1 << 20);
     copies.copy(from, to);
-    copies.dispatch(&STEP, &[small.any()], [1, 1, 1]);
-    copies.copy(to, from);
     let mut copying = device.prepare(&copies)?;
-    let mut least = |timing| -> Result<f64, Error> {
-        copying.take_times(timing)?;
-        let mut least = f64::INFINITY;
-        for _ in 0..5 {
-            let time = copying.run()?.wait()?.gpu_time();
-            least = least.min(time.unwrap_or(f64::INFINITY));
-        }
-        Ok(least)
-    };
-    let (dispatches, commands) = (least(Timing::Whole)?, least(Timing::Commands)?);
+    copying.take_times(Timing::Whole)?;
+    let dispatches = copying.run()?.wait()?.gpu_time();
+    copying.take_times(Timing::Commands)?;
+    let commands = copying.run()?.wait()?.gpu_time();
     // More than one set of timestamps holds.
     let many = 2 * 2048 + 10;
     let mut long = Recording::new("long");
@@ -379,7 +370,7 @@ pub(super) fn times(device: &Device) -> Outcome {
     Ok(vec![
         holds(
             "copies count with commands",
-            dispatches.is_finite() && commands.is_finite() && commands > 2.0 * dispatches,
+            dispatches.is_none() && commands.is_some_and(|s| s > 0.0),
         ),
         holds(
             "each of many dispatches",
