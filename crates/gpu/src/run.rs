@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use crate::device::{Device, lock};
 use crate::encode::Run;
@@ -143,6 +144,7 @@ impl Pending {
             submission_index: Some(self.submission.clone()),
             timeout: None,
         })?;
+        self.wait_for_callback();
         let refused = |message: &str| {
             self.device.explained(Error::Driver {
                 what: format!("reading the results of `{}`", self.layout.recording.name()),
@@ -167,6 +169,22 @@ impl Pending {
         .map_err(|error| device.explained(error))?;
         let failures = output.failures();
         Ok((output, failures))
+    }
+
+    /// Another thread that waits for the device at the same time may have taken this run's callback
+    /// from wgpu and be about to call it.
+    fn wait_for_callback(&self) {
+        const PATIENCE: u32 = 10_000;
+        // A thread of a browser cannot sleep, and there is no other.
+        if self.results.buffer.is_none() || cfg!(target_arch = "wasm32") {
+            return;
+        }
+        for _ in 0..PATIENCE {
+            if self.state.load(Ordering::Acquire) != WAITING {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
     }
 
     fn poll(&self, how: wgpu::PollType) -> Result<(), Error> {
