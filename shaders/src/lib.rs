@@ -33,6 +33,7 @@
 //! # Ok::<(), vertebra_gpu::Error>(())
 //! ```
 
+mod batch;
 mod compact;
 mod finite;
 mod histogram;
@@ -44,6 +45,10 @@ mod scan;
 mod sort;
 pub mod twins;
 
+pub use batch::{
+    BATCH_HANDOFF, BATCH_ITEMS, BATCH_LANES, BatchFeatures, BatchFinish, BatchLink, BatchPlan,
+    batch, batch_poses,
+};
 pub use compact::compact;
 pub use finite::{Number, finite};
 pub use histogram::histogram;

@@ -15,6 +15,15 @@ pub const ROTATION: &str = include_str!("../wgsl/shared/rotation.wgsl");
 pub const JOINT: &str = include_str!("../wgsl/shared/joint.wgsl");
 
 impl Precision {
+    /// Twice the unit roundoff.
+    #[must_use]
+    pub fn epsilon(self) -> f64 {
+        match self {
+            Self::F32 => f32::EPSILON.into(),
+            Self::F64 => f64::EPSILON,
+        }
+    }
+
     /// The part that defines `sin_cos` and `LARGEST_ANGLE`.
     #[must_use]
     pub fn trigonometry(self) -> &'static str {

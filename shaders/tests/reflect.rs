@@ -10,7 +10,7 @@ use std::mem::{offset_of, size_of};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, StorageAccess, TypeInner};
 use vertebra_gpu::{Access, Binding, Kernel, wgpu::Features};
-use vertebra_shaders::{Bins, KERNELS, Numbers, Pass, Range};
+use vertebra_shaders::{BatchLink, BatchPlan, Bins, KERNELS, Numbers, Pass, Range};
 
 fn parse(name: &str, kernel: &Kernel) -> Module {
     let source = kernel.source();
@@ -137,6 +137,31 @@ macro_rules! fields {
     };
 }
 
+/// A struct of a storage buffer has the name of the kernel's element in WGSL.
+#[test]
+fn links_are_laid_out_alike_on_both_sides() {
+    let (_, size, expected) =
+        fields!(BatchLink: kind, parent, position, dof, flags, handoff, first, gathered, pushed);
+    let (name, kernel) = KERNELS
+        .iter()
+        .find(|(name, _)| name.starts_with("batch "))
+        .unwrap();
+    let module = parse(name, kernel);
+    let (_, ty) = module
+        .types
+        .iter()
+        .find(|(_, ty)| ty.name.as_deref() == Some("Link"))
+        .unwrap();
+    let TypeInner::Struct { members, span } = &ty.inner else {
+        panic!("{name}: Link is no struct");
+    };
+    let found: Vec<_> = members
+        .iter()
+        .map(|member| (member.name.as_deref().unwrap(), member.offset as usize))
+        .collect();
+    assert_eq!((*span as usize, found), (size, expected));
+}
+
 #[test]
 fn structs_are_laid_out_alike_on_both_sides() {
     let mut host = vec![
@@ -144,6 +169,7 @@ fn structs_are_laid_out_alike_on_both_sides() {
         fields!(Pass: count, tiles, shift, mask),
         fields!(Bins: count, bins),
         fields!(Numbers: count, words),
+        fields!(BatchPlan: groups, stride, levels, steps, done, half, positions, dofs),
     ];
     for (name, kernel) in KERNELS.iter() {
         let module = parse(name, kernel);
@@ -169,7 +195,7 @@ fn structs_are_laid_out_alike_on_both_sides() {
         }
     }
     host.dedup();
-    assert_eq!(host.len(), 4);
+    assert_eq!(host.len(), 5);
 }
 
 /// Lines that declare a variable without a type and give it a floating-point literal: it would be

@@ -40,3 +40,15 @@ pub(crate) fn dca(bodies: usize, rounds: usize, threads: usize, precision: Preci
     // Every round is gone through four times: rotations and forces, up and down.
     alone * (SERIAL + (1.0 - SERIAL) / threads as f64) + 4.0 * rounds as f64 * ROUND
 }
+
+/// Time of a level of bodies in a batch on a GPU for the lanes that it runs at once, and of what a
+/// body hands on through memory, in units of the former: an H100 runs 528 warps of 32 lanes at once.
+#[cfg(feature = "gpu")]
+#[expect(clippy::cast_precision_loss, reason = "an estimate")]
+pub(crate) fn gpu_batch(items: usize, levels: usize, lanes: u32, handoffs: usize) -> f64 {
+    const WARPS: f64 = 528.0;
+    const HANDOFF: f64 = 0.2;
+    let warps = (items as f64 / 32.0) * f64::from(lanes);
+    let rounds = (warps / WARPS).max(1.0);
+    rounds * (levels as f64 + HANDOFF * handoffs as f64 / f64::from(lanes))
+}

@@ -137,4 +137,36 @@ pub enum Error {
         /// Number of items.
         count: usize,
     },
+    /// What a device cannot do, or failed to do.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] vertebra_gpu::Error),
+    /// The reference precision asked of a GPU.
+    #[cfg(feature = "gpu")]
+    #[error("a GPU has no reference precision: choose f32 or f64, or compute on the CPU")]
+    NoReference,
+    /// Another number of states or forces than a batch has items.
+    #[cfg(feature = "gpu")]
+    #[error("the batch has {expected} items, {given} were given: give one for each")]
+    ItemCount {
+        /// Items of the batch.
+        expected: usize,
+        /// How many were given.
+        given: usize,
+    },
+    /// A batch that does not fit a device.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "{items} items need more than the device's {limit} = {available}: {fit} fit; make several batches"
+    )]
+    BatchTooLarge {
+        /// Items asked for.
+        items: usize,
+        /// Items that fit.
+        fit: usize,
+        /// The limit.
+        limit: &'static str,
+        /// Its value \[byte\].
+        available: u64,
+    },
 }

@@ -1,0 +1,5 @@
+//! Dynamics on a GPU.
+
+mod batch;
+
+pub use batch::{GpuBatch, GpuBatchOptions};
