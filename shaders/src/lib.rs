@@ -38,6 +38,7 @@ mod finite;
 mod histogram;
 mod kernels;
 mod layout;
+pub mod parts;
 mod reduce;
 mod scan;
 mod sort;
