@@ -34,6 +34,7 @@
 //! ```
 
 mod compact;
+pub mod dca;
 mod finite;
 mod histogram;
 mod kernels;

@@ -129,6 +129,31 @@ pub enum Error {
         /// Why.
         source: Box<Self>,
     },
+    /// A precision that a device does not compute in.
+    #[error(
+        "{adapter} does not compute in {precision}: choose {} for it, or simulate on the CPU",
+        crate::Precision::F32
+    )]
+    PrecisionUnavailable {
+        /// Name of the adapter.
+        adapter: String,
+        /// The precision asked for.
+        precision: crate::Precision,
+    },
+    /// One of several steps failed.
+    #[error("step {step} of {count} (counted from 0) failed: {source}")]
+    Step {
+        /// Steps taken before it.
+        step: usize,
+        /// Steps asked for.
+        count: usize,
+        /// Why.
+        source: Box<Self>,
+    },
+    /// The GPU.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] vertebra_gpu::Error),
     /// An item that is not in the batch.
     #[error("the batch has no item {item}; it has {count}")]
     UnknownItem {

@@ -175,7 +175,7 @@ fn put_several(v: u32, i: u32, a: vec3<real>) {
 }
 
 fn get_several(v: u32, i: u32) -> vec3<real> {
-    return get(freedoms_at() + 3u * sizes.dofs + v + i).xyz;
+    return fetch(freedoms_at() + 3u * sizes.dofs + v + i).xyz;
 }
 
 // Lets all three turning freedoms go, along the world's axes: with A = LL', what is kept is L, L^-1 [A H'],
@@ -294,7 +294,7 @@ fn let_all_go(part: Interior, drive: Force, v: u32, slot: u32) -> Interior {
 // Passes through a slot's joint. A pivot that is within rounding of what it is computed from fails.
 fn let_go(part: Interior, slot: u32, kind: u32, axes: mat3x3<real>, c: Motion) -> Interior {
     let v = dof_of(slot);
-    let floor = part.carried * (4.0 * EPSILON);
+    let floor: vec2<real> = part.carried * (4.0 * EPSILON);
     switch kind {
         case REVOLUTE: {
             return let_one_go(part, Motion(axes[2], zero3()), v, floor.x, c, slot);
@@ -336,7 +336,7 @@ fn get_inverse(index: u32) -> Inverse {
         get4(at + 6u * n, n),
         get4(at + 9u * n, n),
         get4(at + 12u * n, n),
-        get(at + 15u * n).xyz,
+        fetch(at + 15u * n).xyz,
     );
 }
 
@@ -397,7 +397,7 @@ fn assemble_chunk(chunk: u32) {
         let placed = get_placed(cut);
         let axes = quaternion_matrix(placed.rotation);
         part = interior_added(part, body_share(cut, flags_of(cut), placed, axes, 0.5));
-        let factor = cholesky6(part.inertia, 0.0, 0.0);
+        let factor: Cholesky6 = cholesky6(part.inertia, 0.0, 0.0);
         if !factor.positive {
             fail(UNJOINED, cut);
         }

@@ -32,7 +32,7 @@ fn finish(
     outboard_rows: Matrix6,
     bias_rows: Force,
 ) -> JoinedNode {
-    let factor = cholesky6(g, 0.0, 0.0);
+    let factor: Cholesky6 = cholesky6(g, 0.0, 0.0);
     let inboard = lower66(factor, inboard_rows);
     let outboard = lower66(factor, outboard_rows);
     let bias = lower6(factor, bias_rows);

@@ -9,8 +9,8 @@ struct Mask {
 
 // 1 where the joint transmits a force, 0 along its freedoms.
 fn constraint_of(kind: u32) -> Mask {
-    let all = vec3<real>(1.0, 1.0, 1.0);
-    let but_z = vec3<real>(1.0, 1.0, 0.0);
+    let all: vec3<real> = vec3<real>(1.0, 1.0, 1.0);
+    let but_z: vec3<real> = vec3<real>(1.0, 1.0, 0.0);
     switch kind {
         case REVOLUTE: { return Mask(but_z, all); }
         case PRISMATIC: { return Mask(all, but_z); }
@@ -63,7 +63,7 @@ fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node
     let axes = quaternion_matrix(placed.rotation);
     let arm = axes * arm_of(slot, flags);
     let body = body_share(slot, flags, placed, axes, share);
-    let own_factor = cholesky6(body.inertia, 0.0, 0.0);
+    let own_factor: Cholesky6 = cholesky6(body.inertia, 0.0, 0.0);
     // What maps forces at the joint to forces at the centre of mass.
     let to_center = matrix6_shifted_back(matrix6_one(), -arm);
     let far = lower66(own_factor, to_center);
@@ -175,7 +175,7 @@ fn get_leaf(index: u32) -> Leaf {
         Cholesky3(m.c, m.d, true),
         true,
     );
-    return Leaf(own, Force(get(at + 30u * n).xyz, get(at + 31u * n).xyz), joined);
+    return Leaf(own, Force(fetch(at + 30u * n).xyz, fetch(at + 31u * n).xyz), joined);
 }
 
 // The force that a leaf's joint transmits to it, given x and f2 at the ends of the chunk.

@@ -160,7 +160,7 @@ struct Four {
 
 fn put(at: u32, v: vec4<real>) { scratch[at] = vec4<chunk_real>(v); }
 
-fn get(at: u32) -> vec4<real> { return vec4<real>(scratch[at]); }
+fn fetch(at: u32) -> vec4<real> { return vec4<real>(scratch[at]); }
 
 // Four vectors in three.
 fn put4(at: u32, stride: u32, a: vec3<real>, b: vec3<real>, c: vec3<real>, d: vec3<real>) {
@@ -170,8 +170,8 @@ fn put4(at: u32, stride: u32, a: vec3<real>, b: vec3<real>, c: vec3<real>, d: ve
 }
 
 fn get4(at: u32, stride: u32) -> Four {
-    let a = get(at);
-    let b = get(at + stride);
-    let c = get(at + 2u * stride);
+    let a = fetch(at);
+    let b = fetch(at + stride);
+    let c = fetch(at + 2u * stride);
     return Four(a.xyz, b.xyz, c.xyz, vec3<real>(a.w, b.w, c.w));
 }

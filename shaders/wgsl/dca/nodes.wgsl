@@ -165,7 +165,7 @@ fn hanging(head: u32, carrier: u32) -> Force {
         );
     }
     let at = carriers_at() + carrier;
-    let handle = Motion(get(at + sizes.slots).xyz, get(at + 2u * sizes.slots).xyz);
+    let handle = Motion(fetch(at + sizes.slots).xyz, fetch(at + 2u * sizes.slots).xyz);
     let a = motion_shifted(handle, get_placed(head).offset);
     return Force(a.angular, a.linear);
 }

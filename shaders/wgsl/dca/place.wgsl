@@ -33,7 +33,7 @@ fn put_turn(at: u32, stride: u32, turn: Turn) {
 }
 
 fn get_turn(at: u32, stride: u32) -> Turn {
-    return Turn(get(at), get(at + stride).xyz, get(at + 2u * stride).xyz);
+    return Turn(fetch(at), fetch(at + stride).xyz, fetch(at + 2u * stride).xyz);
 }
 
 fn put_across(index: u32, turn: Turn) { put_turn(turns_at() + index, turns(), turn); }
@@ -71,12 +71,12 @@ fn local(slot: u32, kind: u32) -> Local {
     let v = dof_of(slot);
     switch kind {
         case REVOLUTE: {
-            let half = sin_cos(0.5 * position(q));
+            let half: vec2<real> = sin_cos(0.5 * position(q));
             found.rotation = turned_by(found.rotation, vec4<real>(0.0, 0.0, half.x, half.y));
             found.velocity.angular = vec3<real>(0.0, 0.0, rate(v));
         }
         case PRISMATIC: {
-            let along = vec3<real>(0.0, 0.0, position(q));
+            let along: vec3<real> = vec3<real>(0.0, 0.0, position(q));
             found.offset += quaternion_turned(found.rotation, along);
             found.velocity.linear = vec3<real>(0.0, 0.0, rate(v));
         }
@@ -140,7 +140,7 @@ fn put_placed(slot: u32, placed: Placed) {
 
 fn get_placed(slot: u32) -> Placed {
     let four = get4(slot, sizes.slots);
-    return Placed(get(3u * sizes.slots + slot), four.a, four.b, Motion(four.d, four.c));
+    return Placed(fetch(3u * sizes.slots + slot), four.a, four.b, Motion(four.d, four.c));
 }
 
 // What a part hangs from whose parent is known: the same, or what is across the part inboard of it.
@@ -156,7 +156,7 @@ fn under(parent: u32) -> Turn {
 // How the body is turned that carries a path.
 fn carried(slot: u32) -> Turn {
     let placed = get_placed(slot);
-    return Turn(placed.rotation, placed.spin, get(carriers_at() + slot).xyz);
+    return Turn(placed.rotation, placed.spin, fetch(carriers_at() + slot).xyz);
 }
 
 // What a chunk hangs from.

@@ -26,9 +26,9 @@ fn get_rake(index: u32) -> Rake {
     let n = sizes.rakes;
     let m = get4(at, n);
     let h = get4(at + 3u * n, n);
-    let rest = get(at + 7u * n);
+    let rest = fetch(at + 7u * n);
     var inertia = Inertia(Sym3(m.a, m.b), mat3x3<real>(h.a, h.b, h.c), Sym3(m.c, m.d));
-    var bias = Force(h.d, get(at + 6u * n).xyz);
+    var bias = Force(h.d, fetch(at + 6u * n).xyz);
     let head = words[sizes.rake_words + index];
     if head != NONE {
         let offset = get_placed(head).offset;

@@ -11,7 +11,7 @@ struct Response {
 fn respond_one(v: u32, s: Motion, f2: Force, given: Motion) -> Response {
     let at = freedoms_at() + v;
     let record = get4(at, sizes.dofs);
-    let rest = get(at + 3u * sizes.dofs);
+    let rest = fetch(at + 3u * sizes.dofs);
     let column = Force(record.a, record.b);
     let wanted: real = rest.x + dot(record.c, f2.angular) + dot(record.d, f2.linear);
     let first: real = (wanted - motion_dot(given, column)) * rest.y;
