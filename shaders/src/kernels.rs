@@ -3,6 +3,7 @@
 use vertebra_gpu::wgpu::Features;
 use vertebra_gpu::{Binding, Kernel, STATUS};
 
+use crate::dca::Dca;
 use crate::layout::{Bins, Numbers, Pass, Range};
 use crate::sort::{Rows, Sort};
 
@@ -250,5 +251,6 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
     let others = [COMPACT, HISTOGRAM, FINITE];
     kernels.extend(others.map(|kernel| (kernel.name().to_owned(), kernel)));
     kernels.extend(crate::batch::all());
+    kernels.extend(Dca::ALL.into_iter().flat_map(Dca::kernels));
     kernels
 });

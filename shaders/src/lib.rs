@@ -35,6 +35,7 @@
 
 mod batch;
 mod compact;
+pub mod dca;
 mod finite;
 mod histogram;
 mod kernels;

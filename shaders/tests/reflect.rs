@@ -10,6 +10,7 @@ use std::mem::{offset_of, size_of};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, StorageAccess, TypeInner};
 use vertebra_gpu::{Access, Binding, Kernel, wgpu::Features};
+use vertebra_shaders::dca::{Layer, Sizes};
 use vertebra_shaders::{BatchLink, BatchPlan, Bins, KERNELS, Numbers, Pass, Range};
 
 fn parse(name: &str, kernel: &Kernel) -> Module {
@@ -170,6 +171,8 @@ fn structs_are_laid_out_alike_on_both_sides() {
         fields!(Bins: count, bins),
         fields!(Numbers: count, words),
         fields!(BatchPlan: groups, stride, levels, steps, done, half, positions, dofs),
+        fields!(Layer: count, rounds, starts),
+        fields!(Sizes: slots, positions, dofs, chunks, joins, chunk_nodes, inners, leaves, rakes, carriers, chunk_words, join_words, sum_words, rake_words, length),
     ];
     for (name, kernel) in KERNELS.iter() {
         let module = parse(name, kernel);
@@ -195,7 +198,7 @@ fn structs_are_laid_out_alike_on_both_sides() {
         }
     }
     host.dedup();
-    assert_eq!(host.len(), 5);
+    assert_eq!(host.len(), 7);
 }
 
 /// Lines that declare a variable without a type and give it a floating-point literal: it would be

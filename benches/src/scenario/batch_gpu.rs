@@ -6,7 +6,7 @@ use crate::row::Row;
 use crate::suite::{gold_robots, worst_of};
 use anyhow::Context;
 use std::time::Instant;
-use vertebra::dynamics::gpu::{GpuBatch, GpuBatchOptions};
+use vertebra::dynamics::gpu::{Batch, BatchOptions};
 use vertebra::{
     Forces, Integrator, Model, Precision, Simulation, State, Workspace, aba, forward_error,
 };
@@ -90,11 +90,11 @@ impl Subject {
                 }
                 let name = robots.model.name();
                 let size = robots.states.len();
-                let mut add = |method: &'static str, lanes, integrator| {
+                let mut add = |method: &'static str, lanes, integrator: Option<Integrator>| {
                     if selection.wants(method) {
                         let label =
                             format!("batch {name} x {size}: {method} {precision} on the GPU");
-                        let options = GpuBatchOptions {
+                        let options = BatchOptions {
                             precision,
                             lanes,
                             integrator: integrator.unwrap_or_default(),
@@ -129,10 +129,10 @@ impl Subject {
         robots: &Robots,
         meter: &Meter,
         method: &str,
-        options: GpuBatchOptions,
+        options: BatchOptions,
     ) -> anyhow::Result<Option<Row>> {
         let Robots { model, states } = robots;
-        let mut batch = GpuBatch::new(&self.device, model, states.len(), &options)?;
+        let mut batch = Batch::new(&self.device, model, states.len(), &options)?;
         let forces = vec![Forces::none(model); states.len()];
         let upload = Instant::now();
         batch.set_states(states)?;
@@ -169,10 +169,10 @@ impl Subject {
         robots: &Robots,
         meter: &Meter,
         method: &str,
-        options: GpuBatchOptions,
+        options: BatchOptions,
     ) -> anyhow::Result<Option<Row>> {
         let Robots { model, states } = robots;
-        let mut batch = GpuBatch::new(&self.device, model, states.len(), &options)?;
+        let mut batch = Batch::new(&self.device, model, states.len(), &options)?;
         batch.set_states(states)?;
         batch.step(STEP)?;
         let found = batch.states()?;
@@ -187,7 +187,7 @@ impl Subject {
             error = worst_of(error, worst_of(rates, positions));
         }
         // From the same states, so that however many steps are measured none leaves the range.
-        let run = |batch: &mut GpuBatch| Ok(batch.steps_on_device(0.0, STEPS)?);
+        let run = |batch: &mut Batch| Ok(batch.steps_on_device(0.0, STEPS)?);
         batch.set_states(states)?;
         let timing = timed(meter, &mut batch, run)?;
         let failed = batch.failures()?.len();
@@ -228,8 +228,8 @@ fn checked(count: usize) -> impl Iterator<Item = usize> {
 /// Samples the time on the device of what `run` submits, or with waiting where it takes no times.
 fn timed(
     meter: &Meter,
-    batch: &mut GpuBatch,
-    mut run: impl FnMut(&mut GpuBatch) -> anyhow::Result<()>,
+    batch: &mut Batch,
+    mut run: impl FnMut(&mut Batch) -> anyhow::Result<()>,
 ) -> anyhow::Result<Option<Timing>> {
     let has_times = batch.take_times().is_ok();
     gpu::sample(meter, || {

@@ -129,6 +129,31 @@ pub enum Error {
         /// Why.
         source: Box<Self>,
     },
+    /// A precision that a device does not compute in.
+    #[error(
+        "{adapter} does not compute in {precision}: choose {} for it, or simulate on the CPU",
+        crate::Precision::F32
+    )]
+    PrecisionUnavailable {
+        /// Name of the adapter.
+        adapter: String,
+        /// The precision asked for.
+        precision: crate::Precision,
+    },
+    /// One of several steps failed.
+    #[error("step {step} of {count} (counted from 0) failed: {source}")]
+    Step {
+        /// Steps taken before it.
+        step: usize,
+        /// Steps asked for.
+        count: usize,
+        /// Why.
+        source: Box<Self>,
+    },
+    /// The GPU.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] vertebra_gpu::Error),
     /// An item that is not in the batch.
     #[error("the batch has no item {item}; it has {count}")]
     UnknownItem {
@@ -137,14 +162,6 @@ pub enum Error {
         /// Number of items.
         count: usize,
     },
-    /// What a device cannot do, or failed to do.
-    #[cfg(feature = "gpu")]
-    #[error(transparent)]
-    Gpu(#[from] vertebra_gpu::Error),
-    /// The reference precision asked of a GPU.
-    #[cfg(feature = "gpu")]
-    #[error("a GPU has no reference precision: choose f32 or f64, or compute on the CPU")]
-    NoReference,
     /// Another number of states or forces than a batch has items.
     #[cfg(feature = "gpu")]
     #[error("the batch has {expected} items, {given} were given: give one for each")]

@@ -8,7 +8,7 @@ use vertebra_assembly::generate::{self, RandomTree};
 use vertebra_assembly::{
     Joint, MassProperties, Model, ModelDescription, ModelError, Random, State,
 };
-use vertebra_dynamics::gpu::{GpuBatch, GpuBatchOptions};
+use vertebra_dynamics::gpu::{Batch, BatchOptions};
 use vertebra_dynamics::{
     Error, Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba, forward_error,
     forward_kinematics,
@@ -28,11 +28,11 @@ fn precisions(device: &Device) -> Vec<Precision> {
     list
 }
 
-fn options(precision: Precision, lanes: u32) -> GpuBatchOptions {
-    GpuBatchOptions {
+fn options(precision: Precision, lanes: u32) -> BatchOptions {
+    BatchOptions {
         precision,
         lanes: Some(lanes),
-        ..GpuBatchOptions::default()
+        ..BatchOptions::default()
     }
 }
 
@@ -73,8 +73,7 @@ fn accelerations_are_those_of_the_reference() {
     for (bodies, items, seed, lanes) in problems {
         let (model, states, forces) = problem(bodies, items, seed);
         for precision in precisions(&device) {
-            let mut batch =
-                GpuBatch::new(&device, &model, items, &options(precision, lanes)).unwrap();
+            let mut batch = Batch::new(&device, &model, items, &options(precision, lanes)).unwrap();
             batch.set_states(&states).unwrap();
             batch.set_forces(&forces).unwrap();
             let qdd = batch.solve().unwrap();
@@ -105,7 +104,7 @@ fn every_item_has_the_bits_it_has_alone() {
     let (model, states, forces) = problem(9, 70, 11);
     let solve = |items: core::ops::Range<usize>| {
         let mut batch =
-            GpuBatch::new(&device, &model, items.len(), &options(Precision::F32, 2)).unwrap();
+            Batch::new(&device, &model, items.len(), &options(Precision::F32, 2)).unwrap();
         // All forces first, so that the same kernels run.
         batch.set_forces(&forces[..items.len()]).unwrap();
         batch.set_states(&states[items.clone()]).unwrap();
@@ -131,11 +130,11 @@ fn steps_and_poses_follow_the_host() {
         let (model, states, forces) = problem(bodies, 5, seed);
         for precision in precisions(&device) {
             for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
-                let mut batch = GpuBatch::new(
+                let mut batch = Batch::new(
                     &device,
                     &model,
                     5,
-                    &GpuBatchOptions {
+                    &BatchOptions {
                         integrator,
                         ..options(precision, lanes)
                     },
@@ -224,8 +223,7 @@ fn a_singular_item_is_named_and_stands_still() {
     let device = device();
     let (model, states) = wrist();
     for precision in precisions(&device) {
-        let mut batch =
-            GpuBatch::new(&device, &model, states.len(), &options(precision, 1)).unwrap();
+        let mut batch = Batch::new(&device, &model, states.len(), &options(precision, 1)).unwrap();
         batch.set_states(&states).unwrap();
         let singular = Error::Item {
             item: 36,
@@ -259,7 +257,7 @@ fn an_overflow_names_body_and_time() {
     let model = generate::random_chain(5, &generate::Rod::default(), 3).unwrap();
     let mut states: Vec<_> = (0..34).map(|seed| State::random(&model, seed)).collect();
     states[33].qd[2] = 1e25;
-    let mut batch = GpuBatch::new(&device, &model, 34, &options(Precision::F32, 1)).unwrap();
+    let mut batch = Batch::new(&device, &model, 34, &options(Precision::F32, 1)).unwrap();
     batch.set_states(&states).unwrap();
     let error = batch.steps(1e-3, 2).unwrap_err();
     let Error::Item {
@@ -290,7 +288,7 @@ fn an_overflow_names_body_and_time() {
 fn bad_input_leaves_everything_as_it_was() {
     let device = device();
     let (model, mut states, mut forces) = problem(4, 6, 2);
-    let mut batch = GpuBatch::new(&device, &model, 6, &options(Precision::F32, 1)).unwrap();
+    let mut batch = Batch::new(&device, &model, 6, &options(Precision::F32, 1)).unwrap();
     batch.set_states(&states).unwrap();
     batch.set_forces(&forces).unwrap();
     let before = (batch.states().unwrap(), batch.solve().unwrap());
@@ -333,15 +331,17 @@ fn what_the_device_lacks_is_named() {
     })
     .unwrap();
     let new = |device: &Device, items, precision| {
-        GpuBatch::new(device, &model, items, &options(precision, 1))
+        Batch::new(device, &model, items, &options(precision, 1))
             .err()
             .unwrap()
     };
-    assert!(matches!(
-        new(&plain, 1, Precision::F64),
-        Error::Gpu(vertebra_gpu::Error::Unsupported { .. })
-    ));
-    assert_eq!(new(&plain, 1, Precision::Reference), Error::NoReference);
+    for precision in [Precision::F64, Precision::Reference] {
+        let error = new(&plain, 1, precision);
+        assert!(
+            matches!(error, Error::PrecisionUnavailable { precision: p, .. } if p == precision),
+            "{error}"
+        );
+    }
     let small = Device::open(Options {
         limits: Limits {
             max_storage_buffer_binding_size: 1 << 20,
@@ -362,7 +362,7 @@ fn what_the_device_lacks_is_named() {
         panic!("{error}");
     };
     assert!(fit > 1000 && fit % 32 == 0);
-    GpuBatch::new(&small, &model, fit, &options(Precision::F32, 1)).unwrap();
+    Batch::new(&small, &model, fit, &options(Precision::F32, 1)).unwrap();
     assert!(matches!(
         new(&small, fit + 1, Precision::F32),
         Error::BatchTooLarge { .. }

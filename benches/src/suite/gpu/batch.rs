@@ -2,7 +2,7 @@
 
 use super::{Outcome, holds};
 use crate::suite::{Figure, gold_robots, worst_of};
-use vertebra::dynamics::gpu::{GpuBatch, GpuBatchOptions};
+use vertebra::dynamics::gpu::{Batch, BatchOptions};
 use vertebra::generate::{RandomTree, random_tree};
 use vertebra::{
     Error, Forces, Integrator, Model, Precision, Random, Simulation, State, Workspace, Wrench, aba,
@@ -62,12 +62,12 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
         };
         for precision in precisions(device) {
             for lanes in [1, 2, 4, 8] {
-                let options = GpuBatchOptions {
+                let options = BatchOptions {
                     precision,
                     lanes: Some(lanes),
-                    ..GpuBatchOptions::default()
+                    ..BatchOptions::default()
                 };
-                let mut batch = GpuBatch::new(device, model, ITEMS, &options)?;
+                let mut batch = Batch::new(device, model, ITEMS, &options)?;
                 batch.set_states(&states)?;
                 batch.set_forces(&forces)?;
                 let qdd = batch.solve()?;
@@ -102,12 +102,12 @@ pub(super) fn steps(device: &Device) -> Outcome {
         let states: Vec<_> = (0..33).map(|item| State::random(&model, item)).collect();
         for precision in precisions(device) {
             for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
-                let options = GpuBatchOptions {
+                let options = BatchOptions {
                     precision,
                     integrator,
                     lanes: None,
                 };
-                let mut batch = GpuBatch::new(device, &model, states.len(), &options)?;
+                let mut batch = Batch::new(device, &model, states.len(), &options)?;
                 batch.set_states(&states)?;
                 batch.steps(H, STEPS)?;
                 let found = batch.states()?;
@@ -147,11 +147,11 @@ pub(super) fn a_failing_item(device: &Device) -> Outcome {
             .collect();
         let last = model.dof_count() - 1;
         states[68].qd[last] = 1e25;
-        let options = GpuBatchOptions {
+        let options = BatchOptions {
             precision: Precision::F32,
-            ..GpuBatchOptions::default()
+            ..BatchOptions::default()
         };
-        let mut batch = GpuBatch::new(device, model, ITEMS, &options)?;
+        let mut batch = Batch::new(device, model, ITEMS, &options)?;
         batch.set_states(&states)?;
         let name = match batch.steps(1e-3, 5) {
             Ok(()) => "nothing".to_owned(),

@@ -11,14 +11,14 @@ use engine::{Engine, Failure, Fixed};
 use schedule::Schedule;
 use tree::Tree;
 use vertebra_assembly::{Model, State};
+use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
-use vertebra_gpu::{Device, Shortfall};
 use vertebra_shaders::BATCH_LANES;
 use vertebra_spatial::Pose;
 
-/// What a [`GpuBatch`] is asked for.
+/// What a [`Batch`] is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct GpuBatchOptions {
+pub struct BatchOptions {
     /// Precision of everything on the device, the states too.
     pub precision: Precision,
     /// How steps are taken.
@@ -35,18 +35,18 @@ pub struct GpuBatchOptions {
 ///
 /// ```
 /// use vertebra_assembly::{State, generate};
-/// use vertebra_dynamics::gpu::{GpuBatch, GpuBatchOptions};
+/// use vertebra_dynamics::gpu::{Batch, BatchOptions};
 /// use vertebra_gpu::Device;
 ///
 /// let model = generate::random_chain(7, &generate::Rod::default(), 7)?;
 /// let states: Vec<_> = (0..100).map(|seed| State::random(&model, seed)).collect();
-/// let mut batch = GpuBatch::new(&Device::auto()?, &model, 100, &GpuBatchOptions::default())?;
+/// let mut batch = Batch::new(&Device::auto()?, &model, 100, &BatchOptions::default())?;
 /// batch.set_states(&states)?;
 /// batch.steps(1e-3, 10)?;
 /// assert_eq!(batch.states()?.len(), 100);
 /// # Ok::<(), vertebra_dynamics::Error>(())
 /// ```
-pub struct GpuBatch {
+pub struct Batch {
     fixed: Fixed,
     engine: AnyEngine,
     precision: Precision,
@@ -80,28 +80,28 @@ impl AnyEngine {
     }
 }
 
-impl GpuBatch {
+impl Batch {
     /// Takes memory for so many items, all in the neutral state at time 0, without forces but gravity.
     ///
     /// # Errors
-    /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::Gpu`] where the device
-    /// lacks f64 or memory; [`Error::NoReference`] of the reference precision.
+    /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::PrecisionUnavailable`] of
+    /// f64 where the device lacks it, and of the reference; [`Error::Gpu`].
     pub fn new(
         device: &Device,
         model: &Model,
         items: usize,
-        options: &GpuBatchOptions,
+        options: &BatchOptions,
     ) -> Result<Self, Error> {
-        match options.precision {
-            Precision::Reference => return Err(Error::NoReference),
-            Precision::F64 if !device.features().contains(Features::SHADER_F64) => {
-                return Err(vertebra_gpu::Error::Unsupported {
-                    adapter: device.info().name.clone(),
-                    missing: vec![Shortfall::Feature("SHADER_F64".to_owned())],
-                }
-                .into());
-            }
-            _ => {}
+        let computes = match options.precision {
+            Precision::F32 => true,
+            Precision::F64 => device.features().contains(Features::SHADER_F64),
+            Precision::Reference => false,
+        };
+        if !computes {
+            return Err(Error::PrecisionUnavailable {
+                adapter: device.info().name.clone(),
+                precision: options.precision,
+            });
         }
         let lanes = match options.lanes {
             Some(lanes) => lanes.clamp(1, 8).next_power_of_two(),

@@ -7,7 +7,7 @@ use super::tree::{PUSH, Tree};
 use crate::link::{Kind, Scales};
 use crate::{Error, Forces, Integrator};
 use vertebra_assembly::{Model, State};
-use vertebra_gpu::{AnySlot, Buffer, Device, Output, Program, Recording, Timing, workgroups};
+use vertebra_gpu::{AnySlot, Device, Output, Program, Recording, Timing, workgroups};
 use vertebra_shaders::{BATCH_ITEMS, BatchFeatures, BatchFinish, BatchPlan, batch};
 use vertebra_spatial::Pose;
 
