@@ -61,33 +61,33 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
             vec![Forces::none(model); ITEMS]
         };
         for precision in precisions(device) {
-            for lanes in [1, 2, 4, 8] {
-                let options = BatchOptions {
-                    precision,
-                    lanes: Some(lanes),
-                    ..BatchOptions::default()
-                };
-                let mut batch = Batch::new(device, model, ITEMS, &options)?;
-                batch.set_states(&states)?;
-                batch.set_forces(&forces)?;
-                let qdd = batch.solve()?;
-                let again = batch.solve()?;
-                let (mut ratio, dofs) = (0.0_f64, model.dof_count());
-                let mut exact = Workspace::new(model, Precision::Reference);
-                let mut same = Workspace::new(model, precision);
-                for item in 0..ITEMS {
-                    aba(model, &states[item], &forces[item], &mut exact)?;
-                    let cpu = aba(model, &states[item], &forces[item], &mut same)?;
-                    let cpu = forward_error(cpu, &exact)?;
-                    let found = &qdd[item * dofs..(item + 1) * dofs];
-                    let rounding = 20.0 * model.bodies().len() as f64 * precision.epsilon();
-                    let error = forward_error(found, &exact)? / (30.0 * cpu + rounding);
-                    ratio = worst_of(ratio, error);
-                }
-                let name = format!("{} in {precision} on {lanes} lanes", model.name());
-                figures.push(holds(format!("{name}: same bits"), qdd == again));
-                figures.push(Figure::new(name, ratio, 1.0));
+            // Every number occurs; compiling all for all would take minutes.
+            let lanes = [1, 2, 4, 8][(number % 4) as usize];
+            let options = BatchOptions {
+                precision,
+                lanes: Some(lanes),
+                ..BatchOptions::default()
+            };
+            let mut batch = Batch::new(device, model, ITEMS, &options)?;
+            batch.set_states(&states)?;
+            batch.set_forces(&forces)?;
+            let qdd = batch.solve()?;
+            let again = batch.solve()?;
+            let (mut ratio, dofs) = (0.0_f64, model.dof_count());
+            let mut exact = Workspace::new(model, Precision::Reference);
+            let mut same = Workspace::new(model, precision);
+            for item in 0..ITEMS {
+                aba(model, &states[item], &forces[item], &mut exact)?;
+                let cpu = aba(model, &states[item], &forces[item], &mut same)?;
+                let cpu = forward_error(cpu, &exact)?;
+                let found = &qdd[item * dofs..(item + 1) * dofs];
+                let rounding = 20.0 * model.bodies().len() as f64 * precision.epsilon();
+                let error = forward_error(found, &exact)? / (30.0 * cpu + rounding);
+                ratio = worst_of(ratio, error);
             }
+            let name = format!("{} in {precision} on {lanes} lanes", model.name());
+            figures.push(holds(format!("{name}: same bits"), qdd == again));
+            figures.push(Figure::new(name, ratio, 1.0));
         }
     }
     Ok(figures)
@@ -98,7 +98,10 @@ pub(super) fn steps(device: &Device) -> Outcome {
     const H: f64 = 1e-4;
     const STEPS: u32 = 70;
     let mut figures = Vec::new();
-    for model in gold_robots::models()? {
+    let mut models = gold_robots::models()?;
+    models.retain(|model| model.name() == "humanoid27");
+    models.push(random_tree(&RandomTree::mixed(12), 4)?);
+    for model in models {
         let states: Vec<_> = (0..33).map(|item| State::random(&model, item)).collect();
         for precision in precisions(device) {
             for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
@@ -141,7 +144,7 @@ pub(super) fn steps(device: &Device) -> Outcome {
 pub(super) fn a_failing_item(device: &Device) -> Outcome {
     let models = gold_robots::models()?;
     let mut figures = Vec::new();
-    for model in models.iter().take(2) {
+    for model in models.iter().take(1) {
         let mut states: Vec<_> = (0..ITEMS as u64)
             .map(|item| State::random(model, item))
             .collect();

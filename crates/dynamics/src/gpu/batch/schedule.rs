@@ -106,3 +106,72 @@ impl Schedule {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vertebra_assembly::generate::{self, RandomTree, Rod};
+
+    fn tree(count: usize, reach: usize, seed: u64) -> Tree {
+        let shape = RandomTree {
+            reach,
+            ..RandomTree::mixed(count)
+        };
+        Tree::new(&generate::random_tree(&shape, seed).unwrap())
+    }
+
+    #[test]
+    fn parents_come_first_and_followers_find_them() {
+        for (count, reach, seed) in [(1, 1, 1), (30, 1, 2), (40, 4, 3), (60, 60, 4), (7, 2, 5)] {
+            let tree = tree(count, reach, seed);
+            for lanes in [1, 2, 4, 8] {
+                let schedule = Schedule::new(&tree, lanes);
+                let mut seen: Vec<usize> = schedule.slots.iter().flatten().copied().collect();
+                seen.sort_unstable();
+                assert!(seen.into_iter().eq(0..tree.nodes.len()));
+                let mut left = vec![false; schedule.handoff_count];
+                for (id, node) in tree.nodes.iter().enumerate() {
+                    let slot = schedule.slot_of[id];
+                    let Some(parent) = node.parent else {
+                        assert!(!schedule.follows[id]);
+                        continue;
+                    };
+                    let above = schedule.slot_of[parent];
+                    assert!(above / lanes < slot / lanes);
+                    let lane = slot % lanes;
+                    let mut between = (above + 1..slot).filter(|other| other % lanes == lane);
+                    let free = between.all(|other| schedule.slots[other].is_none());
+                    // Whoever can follow does.
+                    assert_eq!(schedule.follows[id], above % lanes == lane && free);
+                    if !schedule.follows[id] {
+                        let place = schedule.handoffs[id];
+                        assert!(!core::mem::replace(&mut left[place], true));
+                        let (first, count) = schedule.gather[parent];
+                        assert!((first..first + count).contains(&place));
+                    }
+                }
+                assert!(left.into_iter().all(|taken| taken));
+            }
+        }
+    }
+
+    #[test]
+    fn levels_are_as_few_as_the_tree_allows() {
+        let chain = Tree::new(&generate::random_chain(20, &Rod::default(), 1).unwrap());
+        let schedule = Schedule::new(&chain, 4);
+        assert_eq!((schedule.levels, schedule.handoff_count), (20, 0));
+        for seed in 0..10 {
+            let tree = tree(50, 50, seed);
+            let mut depth = vec![1; tree.nodes.len()];
+            for (id, node) in tree.nodes.iter().enumerate() {
+                depth[id] += node.parent.map_or(0, |parent| depth[parent]);
+            }
+            let depth = depth.into_iter().max().unwrap_or(0);
+            assert_eq!(Schedule::new(&tree, 1).levels, tree.nodes.len());
+            // What any schedule needs, but for levels in which lanes wait for the first bodies.
+            let least = depth.max(tree.nodes.len().div_ceil(4));
+            let levels = Schedule::new(&tree, 4).levels;
+            assert!(levels >= least && levels <= least + 3, "{levels}, {least}");
+        }
+    }
+}
