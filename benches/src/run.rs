@@ -9,8 +9,8 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, chain, chunks, error_table, gpu, meshes, model, queries,
-    scaling,
+    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, meshes,
+    model, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -138,6 +138,7 @@ struct Subjects {
     models: Vec<model::Subject>,
     lengths: Option<chunks::Subject>,
     batches: Vec<batch::Subject>,
+    gpu_batches: Option<batch_gpu::Subject>,
     meshes: Vec<meshes::Subject>,
     queries: Option<queries::Subject>,
     error_lists: Vec<error_table::Subject>,
@@ -156,10 +157,15 @@ impl Subjects {
             } else {
                 None
             },
-            batches: if arguments.wants(batch::NAME) {
+            batches: if arguments.wants(batch::NAME) && arguments.wants_backend("cpu") {
                 batch::subjects(&selection)?
             } else {
                 Vec::new()
+            },
+            gpu_batches: if arguments.wants(batch::NAME) && arguments.wants_backend("gpu") {
+                batch_gpu::Subject::find(!arguments.backend.is_empty(), &selection)?
+            } else {
+                None
             },
             meshes: mesh_pairs(arguments)?,
             queries: if arguments.wants(queries::NAME) {
@@ -194,6 +200,9 @@ impl Subjects {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.batches {
+            list.extend(subject.measurements(selection));
+        }
+        if let Some(subject) = &self.gpu_batches {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.meshes {

@@ -4,6 +4,7 @@
 //! A scenario is a list of [`Measurement`]s, each of which becomes one row.
 
 pub mod batch;
+pub mod batch_gpu;
 pub mod chain;
 pub mod chunks;
 pub mod clipping;

@@ -2,6 +2,7 @@
 
 use vertebra_gpu::{Binding, Kernel, STATUS};
 
+use crate::dca::Dca;
 use crate::finite;
 use crate::layout::{Bins, Digit, Lengths, Ranges};
 use crate::operator::{Operator, Precision};
@@ -174,5 +175,7 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
     kernels.push(("finite f64".to_owned(), finite::kernel::<f64>()));
     let others = [SET_RANGES, COMPACT, HISTOGRAM];
     kernels.extend(others.map(|kernel| (kernel.name().to_owned(), kernel)));
+    kernels.extend(crate::batch::all());
+    kernels.extend(Dca::ALL.into_iter().flat_map(Dca::kernels));
     kernels
 });

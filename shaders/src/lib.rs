@@ -37,18 +37,25 @@
 //! # Ok::<(), vertebra_gpu::Error>(())
 //! ```
 
+mod batch;
 mod compact;
+pub mod dca;
 mod finite;
 mod histogram;
 mod kernels;
 mod layout;
 mod operator;
+pub mod parts;
 mod ranges;
 mod reduce;
 mod scan;
 mod sort;
 pub mod twins;
 
+pub use batch::{
+    BATCH_HANDOFF, BATCH_ITEMS, BATCH_LANES, BatchFeatures, BatchFinish, BatchLink, BatchPlan,
+    batch, batch_poses,
+};
 pub use compact::{compact, compact_counted};
 pub use finite::{Float, finite};
 pub use histogram::histogram;

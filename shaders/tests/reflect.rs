@@ -10,7 +10,8 @@ use std::mem::{offset_of, size_of};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Handle, Module, StorageAccess, Type, TypeInner};
 use vertebra_gpu::{Access, Binding, Kernel, wgpu::Features};
-use vertebra_shaders::{Bins, Digit, KERNELS, Lengths, Range, Ranges};
+use vertebra_shaders::dca::{Layer, Sizes};
+use vertebra_shaders::{BatchLink, BatchPlan, Bins, Digit, KERNELS, Lengths, Range, Ranges};
 
 fn parse(name: &str, kernel: &Kernel) -> Module {
     let source = kernel.source();
@@ -145,6 +146,10 @@ fn structs_are_laid_out_alike_on_both_sides() {
         fields!(Lengths: most, tile, per_tile, further_tile),
         fields!(Digit: shift, mask),
         fields!(Bins: count, bins),
+        fields!(BatchLink: kind, parent, position, dof, flags, handoff, first, gathered, pushed),
+        fields!(BatchPlan: groups, stride, levels, steps, done, half, positions, dofs),
+        fields!(Layer: count, rounds, starts),
+        fields!(Sizes: slots, positions, dofs, chunks, joins, chunk_nodes, inners, leaves, rakes, carriers, chunk_words, join_words, sum_words, rake_words, length),
     ];
     let mut seen = std::collections::BTreeSet::new();
     for (name, kernel) in KERNELS.iter() {

@@ -91,7 +91,7 @@ impl Subject {
 const WARM_UP: Duration = Duration::from_secs(1);
 
 /// Samples a time that `run` returns \[s\], after warming up; none when interrupted.
-fn sample(
+pub(super) fn sample(
     meter: &Meter,
     mut run: impl FnMut() -> anyhow::Result<f64>,
 ) -> anyhow::Result<Option<Timing>> {

@@ -1,6 +1,7 @@
 //! The checks of a GPU: primitives against the CPU, the runtime, and what happens when things go
 //! wrong. They run on any device, a software one too.
 
+mod batch;
 mod compare;
 mod faults;
 mod mismatches;
@@ -66,6 +67,9 @@ pub const CHECKS: &[GpuCheck] = &[
     check("nan_in_data", stages::nan_in_data),
     check("nan_made_on_the_device", stages::nan_made_on_the_device),
     check("failed_stage", stages::failed_stage),
+    check("batch_accelerations", batch::accelerations),
+    check("batch_steps", batch::steps),
+    check("batch_failing_item", batch::a_failing_item),
 ];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {

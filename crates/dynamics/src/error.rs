@@ -147,6 +147,31 @@ pub enum Error {
         /// Why.
         source: Box<Self>,
     },
+    /// A precision that a device does not compute in.
+    #[error(
+        "{adapter} does not compute in {precision}: choose {} for it, or simulate on the CPU",
+        crate::Precision::F32
+    )]
+    PrecisionUnavailable {
+        /// Name of the adapter.
+        adapter: String,
+        /// The precision asked for.
+        precision: crate::Precision,
+    },
+    /// One of several steps failed.
+    #[error("step {step} of {count} (counted from 0) failed: {source}")]
+    Step {
+        /// Steps taken before it.
+        step: usize,
+        /// Steps asked for.
+        count: usize,
+        /// Why.
+        source: Box<Self>,
+    },
+    /// The GPU.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] vertebra_gpu::Error),
     /// An item that is not in the batch.
     #[error("the batch has no item {item}; it has {count}")]
     UnknownItem {
@@ -154,5 +179,29 @@ pub enum Error {
         item: usize,
         /// Number of items.
         count: usize,
+    },
+    /// Another number of states or forces than a batch has items.
+    #[cfg(feature = "gpu")]
+    #[error("the batch has {expected} items, {given} were given: give one for each")]
+    ItemCount {
+        /// Items of the batch.
+        expected: usize,
+        /// How many were given.
+        given: usize,
+    },
+    /// A batch that does not fit a device.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "{items} items need more than the device's {limit} = {available}: {fit} fit; make several batches"
+    )]
+    BatchTooLarge {
+        /// Items asked for.
+        items: usize,
+        /// Items that fit.
+        fit: usize,
+        /// The limit.
+        limit: &'static str,
+        /// Its value \[byte\].
+        available: u64,
     },
 }

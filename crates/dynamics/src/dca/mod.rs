@@ -16,7 +16,7 @@ mod interior;
 mod join;
 mod leaf;
 mod place;
-mod plan;
+pub(crate) mod plan;
 mod rake;
 mod solution;
 mod split;

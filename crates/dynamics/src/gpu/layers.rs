@@ -1,0 +1,203 @@
+//! Rounds of an assembly tree gathered into dispatches, several in each.
+//!
+//! Within a few rounds a tree falls into many parts that have nothing to do with each other; each is
+//! given to one workgroup, which goes through its rounds without waiting for others. From where a
+//! workgroup is wide enough for all that is left, one does the rest.
+
+use super::tables::small;
+use vertebra_shaders::dca::item;
+
+/// What is done in a round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Item {
+    Chunk(usize),
+    Join(usize),
+    Sum(usize),
+}
+
+/// What is done in which rounds.
+#[derive(Debug)]
+pub(super) struct Rounds {
+    chunks: usize,
+    joins: usize,
+    /// By rounds: items, and where their needs start in `needs`.
+    items: Vec<Vec<(Item, usize)>>,
+    /// What items need, one after the other, by numbers.
+    needs: Vec<u32>,
+}
+
+/// A dispatch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Layered {
+    /// Workgroups.
+    pub(super) groups: u32,
+    /// Rounds of each.
+    pub(super) rounds: u32,
+    /// First word of its table.
+    pub(super) starts: u32,
+    /// Whether there is anything but joins.
+    pub(super) mixed: bool,
+}
+
+impl Rounds {
+    pub(super) const fn new(chunks: usize, joins: usize) -> Self {
+        Self {
+            chunks,
+            joins,
+            items: Vec::new(),
+            needs: Vec::new(),
+        }
+    }
+
+    /// Adds what a round does; rounds come in order.
+    pub(super) fn push(&mut self, round: usize, item: Item, needs: &[Item]) {
+        if self.items.len() <= round {
+            self.items.resize(round + 1, Vec::new());
+        }
+        self.items[round].push((item, self.needs.len()));
+        for &need in needs {
+            self.needs.push(small(self.number(need)));
+        }
+    }
+
+    /// Items are numbered chunks first, then joins, then sums.
+    const fn number(&self, item: Item) -> usize {
+        match item {
+            Item::Chunk(chunk) => chunk,
+            Item::Join(join) => self.chunks + join,
+            Item::Sum(sum) => self.chunks + self.joins + sum,
+        }
+    }
+
+    /// The rounds after the first in dispatches of at most `most` rounds each, but for the last,
+    /// which takes all that `lanes` are enough for. Their tables are added to `words`.
+    pub(super) fn layers(&self, lanes: usize, most: usize, words: &mut Vec<u32>) -> Vec<Layered> {
+        let end = self.items.len();
+        let wide = |round: &usize| self.items[*round].len() > lanes;
+        let top = (1..end).rev().find(wide).map_or(1, |round| round + 1);
+        let mut layers = Vec::new();
+        let count = (top - 1).div_ceil(most);
+        for layer in 0..count {
+            let bound = |layer: usize| 1 + (top - 1) * layer / count;
+            layers.push(self.layer(bound(layer)..bound(layer + 1), lanes, words));
+        }
+        if top < end {
+            layers.push(self.layer(top..end, lanes, words));
+        }
+        layers
+    }
+
+    fn layer(
+        &self,
+        rounds: core::ops::Range<usize>,
+        lanes: usize,
+        words: &mut Vec<u32>,
+    ) -> Layered {
+        let items: Vec<(usize, Item)> = (rounds.clone())
+            .flat_map(|round| {
+                self.items[round]
+                    .iter()
+                    .map(move |&(item, _)| (round, item))
+            })
+            .collect();
+        let parts = self.parts(&rounds);
+        let mut by_part: Vec<(usize, usize, Item)> = items
+            .iter()
+            .map(|&(round, item)| (parts.root(self.number(item)), round, item))
+            .collect();
+        // A stable sort: items of a part stay in the order of their rounds.
+        by_part.sort_by_key(|&(part, ..)| part);
+        let mut groups: Vec<Vec<Vec<Item>>> = Vec::new();
+        let empty = || vec![Vec::new(); rounds.len()];
+        let mut group = empty();
+        for part in by_part.chunk_by(|a, b| a.0 == b.0) {
+            let mut widths: Vec<usize> = group.iter().map(Vec::len).collect();
+            for &(_, round, _) in part {
+                widths[round - rounds.start] += 1;
+            }
+            let is_empty = group.iter().all(Vec::is_empty);
+            if !is_empty && widths.iter().any(|&width| width > lanes) {
+                groups.push(core::mem::replace(&mut group, empty()));
+            }
+            for &(_, round, item) in part {
+                group[round - rounds.start].push(item);
+            }
+        }
+        groups.push(group);
+        let layered = Layered {
+            groups: small(groups.len()),
+            rounds: small(rounds.len()),
+            starts: small(words.len()),
+            mixed: !items.iter().all(|(_, item)| matches!(item, Item::Join(_))),
+        };
+        let table = groups.len() * (rounds.len() + 1);
+        let mut at = words.len() + table;
+        for group in &groups {
+            words.push(small(at));
+            for round in group {
+                at += round.len();
+                words.push(small(at));
+            }
+        }
+        let items = groups.iter().flatten().flatten();
+        words.extend(items.map(|&item| match item {
+            Item::Chunk(chunk) => small(chunk) << 2 | item::CHUNK,
+            Item::Join(join) => small(join) << 2 | item::JOIN,
+            Item::Sum(sum) => small(sum) << 2 | item::SUM,
+        }));
+        layered
+    }
+
+    /// Which items of some rounds hang together within these.
+    fn parts(&self, rounds: &core::ops::Range<usize>) -> Parts {
+        let mut within = vec![false; self.node_count()];
+        for &(item, _) in self.items[rounds.clone()].iter().flatten() {
+            within[self.number(item)] = true;
+        }
+        let mut parts = Parts((0..self.node_count()).collect());
+        for round in rounds.clone() {
+            for (index, &(item, start)) in self.items[round].iter().enumerate() {
+                let next = self.items[round].get(index + 1).map(|&(_, start)| start);
+                let next = next.or_else(|| self.first_need(round + 1));
+                for &need in &self.needs[start..next.unwrap_or(self.needs.len())] {
+                    if within[need as usize] {
+                        parts.unite(self.number(item), need as usize);
+                    }
+                }
+            }
+        }
+        parts
+    }
+
+    /// Where the needs of the rounds from here on start.
+    fn first_need(&self, round: usize) -> Option<usize> {
+        let rest = self.items.get(round..)?;
+        rest.iter().flatten().next().map(|&(_, start)| start)
+    }
+
+    fn node_count(&self) -> usize {
+        let sums = self.items.iter().flatten();
+        let sums = sums.filter(|(item, _)| matches!(item, Item::Sum(_)));
+        self.chunks + self.joins + sums.count()
+    }
+}
+
+/// Disjoint sets, each named by its smallest member.
+struct Parts(Vec<usize>);
+
+impl Parts {
+    fn root(&self, mut member: usize) -> usize {
+        while self.0[member] != member {
+            member = self.0[member];
+        }
+        member
+    }
+
+    fn unite(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.root(a), self.root(b));
+        let root = a.min(b);
+        // Two levels at most are left of the paths gone through.
+        self.0[a] = root;
+        self.0[b] = root;
+    }
+}

@@ -1,0 +1,33 @@
+//! Simulation on a GPU: one articulation, tree or forest, by divide and conquer in O(log n) rounds; and
+//! [`Batch`], many states of one model, a few lanes each.
+//!
+//! [`Simulation::on`] uploads a model once. Steps then run without the host: kinematics over the
+//! assembly tree up and down, chunks assembled by a lane each, joins up and down, the chunks solved,
+//! joints moved, body poses written to a buffer that other programs can read
+//! ([`Simulation::pose_buffer`]). State, accelerations and poses come back when they are asked for.
+//!
+//! ```
+//! use vertebra_assembly::{State, generate};
+//! use vertebra_dynamics::gpu::{Options, Simulation};
+//! use vertebra_gpu::Device;
+//!
+//! let device = Device::auto()?;
+//! let model = generate::random_chain(64, &generate::Rod::default(), 7)?;
+//! let mut simulation = Simulation::on(&device, &model, &Options::default())?;
+//! simulation.set_state(&State::random(&model, 8))?;
+//! simulation.steps(1e-4, 10)?;
+//! assert!((simulation.time() - 1e-3).abs() < 1e-12);
+//! let poses = simulation.poses()?;
+//! assert_eq!(poses.len(), 64);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod batch;
+mod engine;
+mod layers;
+mod scalar;
+mod simulation;
+mod tables;
+
+pub use batch::{Batch, BatchOptions};
+pub use simulation::{Options, PoseBuffer, Simulation};
