@@ -249,5 +249,6 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
     }
     let others = [COMPACT, HISTOGRAM, FINITE];
     kernels.extend(others.map(|kernel| (kernel.name().to_owned(), kernel)));
+    kernels.extend(crate::collision::kernels());
     kernels
 });

@@ -33,6 +33,7 @@
 //! # Ok::<(), vertebra_gpu::Error>(())
 //! ```
 
+pub mod collision;
 mod compact;
 mod finite;
 mod histogram;
