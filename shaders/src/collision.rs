@@ -104,6 +104,31 @@ pub struct Levels {
     pub grandparents_at: u32,
 }
 
+/// Levels that a [`Tree`] can have, blocks included: enough for 2^32 triangles.
+pub const LEVELS: usize = 12;
+
+/// The tree that [`TREE_PAIRS`] descends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Tree {
+    /// The level of the root.
+    pub top: u32,
+    /// Fills up the alignment.
+    pub unused: [u32; 3],
+    /// Where each level begins, how many nodes it has, and two words more.
+    pub levels: [[u32; 4]; LEVELS],
+}
+
+/// What [`MORTON`] and [`ARRANGE`] work on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Mesh {
+    /// Number of triangles.
+    pub triangles: u32,
+    /// The node whose box is that of the mesh.
+    pub root: u32,
+}
+
 /// What becomes of the pairs that meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
@@ -141,6 +166,8 @@ impl Answer {
 }
 
 const MESH: &str = include_str!("../wgsl/collision/mesh.wgsl");
+const QUEUE: &str = include_str!("../wgsl/collision/queue.wgsl");
+const BOX_POSE: &str = include_str!("../wgsl/collision/box_pose.wgsl");
 const COUNTS: &str = include_str!("../wgsl/collision/counts.wgsl");
 const FIT_PART: &str = include_str!("../wgsl/collision/fit.wgsl");
 
@@ -152,7 +179,8 @@ pub const BLOCK_PAIRS: Kernel = Kernel::new(
     "block_pairs",
     &[
         include_str!("../wgsl/collision/block_pairs.wgsl"),
-        include_str!("../wgsl/collision/box_pose.wgsl"),
+        QUEUE,
+        BOX_POSE,
         MESH,
         COUNTS,
     ],
@@ -167,6 +195,28 @@ pub const BLOCK_PAIRS: Kernel = Kernel::new(
     [64, 1, 1],
 )
 .workgroup_memory_of(2 * TILE * VECTOR);
+
+/// The same pairs from every block of B down the tree of A.
+pub const TREE_PAIRS: Kernel = Kernel::new(
+    "tree_pairs",
+    &[
+        include_str!("../wgsl/collision/tree_pairs.wgsl"),
+        QUEUE,
+        BOX_POSE,
+        MESH,
+        COUNTS,
+    ],
+    &[
+        Binding::uniform::<Sizes>("sizes"),
+        Binding::read::<Job>("jobs"),
+        Binding::read::<[f32; 4]>("boxes_a"),
+        Binding::read::<[f32; 4]>("boxes_b"),
+        Binding::read_write::<u32>("queue"),
+        Binding::read_write::<u32>("counts"),
+        Binding::uniform::<Tree>("tree"),
+    ],
+    [64, 1, 1],
+);
 
 /// Needs an answer.
 const NARROW: Kernel = Kernel::new(
@@ -236,9 +286,47 @@ pub const FIT_NODES: Kernel = Kernel::new(
 )
 .workgroup_memory_of(2 * FIT * VECTOR);
 
+/// Where each triangle comes in the order of the tree, as keys to sort.
+pub const MORTON: Kernel = Kernel::new(
+    "morton",
+    &[include_str!("../wgsl/collision/morton.wgsl"), MESH],
+    &[
+        Binding::uniform::<Mesh>("mesh"),
+        Binding::read::<u32>("vertices"),
+        Binding::read::<[u32; 4]>("triangles"),
+        Binding::read::<[f32; 4]>("boxes"),
+        Binding::read_write::<u32>("keys"),
+        Binding::read_write::<u32>("values"),
+    ],
+    [256, 1, 1],
+);
+
+/// Bits of the keys of [`MORTON`].
+pub const MORTON_BITS: u32 = 30;
+
+/// Puts the triangles in that order.
+pub const ARRANGE: Kernel = Kernel::new(
+    "arrange",
+    &[include_str!("../wgsl/collision/arrange.wgsl")],
+    &[
+        Binding::uniform::<Mesh>("mesh"),
+        Binding::read::<[u32; 4]>("triangles"),
+        Binding::read::<u32>("order"),
+        Binding::read_write::<[u32; 4]>("leaves"),
+    ],
+    [256, 1, 1],
+);
+
 /// Every kernel as it can be dispatched, with what it is.
 pub(crate) fn kernels() -> Vec<(String, Kernel)> {
-    let plain = [BLOCK_PAIRS, FIT_LEAVES, FIT_NODES];
+    let plain = [
+        BLOCK_PAIRS,
+        TREE_PAIRS,
+        FIT_LEAVES,
+        FIT_NODES,
+        MORTON,
+        ARRANGE,
+    ];
     let mut kernels: Vec<_> = plain
         .into_iter()
         .map(|kernel| (kernel.name().to_owned(), kernel))

@@ -3,45 +3,9 @@
 // A lane poses the box of a block of B and holds it against 64 of A.
 
 const TILE: u32 = 64u;
-// How often jobs can be halved to find the one that a workgroup belongs to.
-const HALVINGS: u32 = 32u;
-
-struct Sizes {
-    // Number of jobs.
-    jobs: u32,
-    // Workgroups of all jobs.
-    groups: u32,
-    // Places in the queue.
-    queue: u32,
-}
-
-@group(0) @binding(0) var<uniform> sizes: Sizes;
-@group(0) @binding(1) var<storage, read> jobs: array<Job>;
-@group(0) @binding(2) var<storage, read> boxes_a: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read> boxes_b: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read_write> queue: array<u32>;
-@group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
 
 var<workgroup> lows: array<vec3<f32>, TILE>;
 var<workgroup> highs: array<vec3<f32>, TILE>;
-
-// The last job that begins at this workgroup or before.
-fn job_of(group: u32) -> u32 {
-    var first = 0u;
-    var end = sizes.jobs;
-    for (var i = 0u; i < HALVINGS; i++) {
-        if end - first <= 1u {
-            break;
-        }
-        let middle = first + (end - first) / 2u;
-        if jobs[middle].first_group <= group {
-            first = middle;
-        } else {
-            end = middle;
-        }
-    }
-    return first;
-}
 
 @compute @workgroup_size(64)
 fn main(
@@ -76,7 +40,7 @@ fn main(
     var near = vec2<u32>(0u);
     for (var k = 0u; k < TILE; k++) {
         let hit = overlap(Box(lows[k], highs[k]), posed)
-            && (job.itself == 0u || a_first + k <= b_block);
+            && (job.itself == 0u || job.a_first + a_first + k <= job.b_first + b_block);
         if k < 32u {
             near.x |= select(0u, 1u << k, hit);
         } else {
@@ -91,11 +55,7 @@ fn main(
     for (var k = 0u; k < TILE; k++) {
         let word = select(near.y, near.x, k < 32u);
         if (word >> (k & 31u) & 1u) != 0u {
-            if place < sizes.queue {
-                queue[3u * place] = job.a_first + a_first + k;
-                queue[3u * place + 1u] = job.b_first + b_block;
-                queue[3u * place + 2u] = index;
-            }
+            enqueue(place, job.a_first + a_first + k, job.b_first + b_block, index);
             place++;
         }
     }

@@ -4,13 +4,19 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec3;
 use vertebra_gpu::{Buffer, Device, Pending, Program, Recording, Slot, workgroups};
-use vertebra_shaders::collision::{FIT, FIT_LEAVES, FIT_NODES, Levels, NONE, WIDTH};
+use vertebra_shaders::Sort;
+use vertebra_shaders::collision::{
+    ARRANGE, FIT, FIT_LEAVES, FIT_NODES, Levels, MORTON, MORTON_BITS, Mesh, NONE, WIDTH,
+};
 
 use super::error::Error;
 use crate::error::MeshError;
 use crate::mesh::TriangleMesh;
 
-/// A mesh on a device, with the boxes of its blocks.
+/// A mesh on a device, with its tree.
+///
+/// The tree is made on the device: triangles in the order of their Morton codes, eight in a row a block, eight blocks in
+/// a row a node above, and so on.
 ///
 /// Queries share it in any poses, and see its vertices where they are when they are asked. Vertices may be moved from
 /// the host ([`set_vertices`](Self::set_vertices)), or by a kernel of the caller's on the device, which writes
@@ -26,7 +32,10 @@ pub struct Collider {
 pub(super) struct Resident {
     pub(super) device: Device,
     pub(super) vertices: Buffer<f32>,
+    /// In the order of the tree.
     pub(super) leaves: Buffer<[u32; 4]>,
+    /// In the order of the mesh.
+    given: Buffer<[u32; 4]>,
     pub(super) boxes: Buffer<[f32; 4]>,
     pub(super) triangles: u32,
     /// Number of nodes of each level, blocks first.
@@ -98,6 +107,16 @@ impl Collider {
         self.resident.refit()
     }
 
+    /// Puts the triangles in order again, for where the vertices are now on the device. Worth it when triangles
+    /// that were near each other have gone far apart; answers do not depend on it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Device`].
+    pub fn rebuild(&mut self) -> Result<(), Error> {
+        self.resident.rebuild()
+    }
+
     pub(super) fn resident(&self) -> &Arc<Resident> {
         &self.resident
     }
@@ -113,7 +132,9 @@ impl Resident {
         }
         let nodes: u32 = levels.iter().sum();
         let vertices = device.buffer_from("vertices", &coordinates(mesh))?;
-        let leaves = device.buffer_from("leaves", &leaves(mesh))?;
+        let given_leaves = leaves(mesh);
+        let given = device.buffer_from("triangles", &given_leaves)?;
+        let leaves = device.buffer_from("leaves", &given_leaves)?;
         let boxes = device.buffer("boxes", 2 * nodes as usize)?;
         let mut recording = Recording::new("fit");
         let slots = Slots {
@@ -132,13 +153,54 @@ impl Resident {
             device: device.clone(),
             vertices,
             leaves,
+            given,
             boxes,
             triangles: count(mesh.len()),
             levels,
             refit: Mutex::new(Refit::Fine),
         };
-        resident.refit()?;
+        resident.rebuild()?;
         Ok(resident)
+    }
+
+    /// Finds the box of the mesh, sorts its triangles, and fits the boxes.
+    fn rebuild(&self) -> Result<(), Error> {
+        self.refit()?;
+        let mut recording = Recording::new("tree");
+        let triangles = self.triangles as usize;
+        let vertices = recording.shared("vertices", self.vertices.len());
+        let given = recording.shared("triangles", self.given.len());
+        let leaves = recording.shared("leaves", self.leaves.len());
+        let boxes = recording.shared("boxes", self.boxes.len());
+        let keys = recording.buffer::<u32>("keys", triangles);
+        let order = recording.buffer::<u32>("order", triangles);
+        let mesh = Mesh {
+            triangles: self.triangles,
+            root: self.levels.iter().sum::<u32>().saturating_sub(1),
+        };
+        let mesh = recording.buffer_from("mesh", &[mesh]);
+        let groups = workgroups(self.triangles, 256);
+        let buffers = [
+            mesh.any(),
+            vertices.any(),
+            given.any(),
+            boxes.any(),
+            keys.any(),
+            order.any(),
+        ];
+        recording.dispatch(&MORTON, &buffers, groups);
+        Sort::on(&self.device).record(&mut recording, keys, order, MORTON_BITS);
+        let buffers = [mesh.any(), given.any(), order.any(), leaves.any()];
+        recording.dispatch(&ARRANGE, &buffers, groups);
+        let shared = [
+            vertices.is(&self.vertices),
+            given.is(&self.given),
+            leaves.is(&self.leaves),
+            boxes.is(&self.boxes),
+        ];
+        let program = self.device.prepare_with(&recording, &shared)?;
+        program.run()?.wait()?;
+        self.refit()
     }
 
     fn refit(&self) -> Result<(), Error> {

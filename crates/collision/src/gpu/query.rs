@@ -8,6 +8,7 @@ use super::error::Error;
 use super::job::job;
 use super::search::{Ask, Found, Kind, Search};
 use crate::classify::classify;
+use crate::culling::Culling;
 use crate::query::ClassifiedPair;
 use crate::transform::RelativePose;
 
@@ -19,7 +20,11 @@ use crate::transform::RelativePose;
 pub struct Query {
     search: Search,
     pose: RelativePose,
+    culling: Culling,
 }
+
+/// Pairs of blocks from which on the tree is descended: below, holding all against all takes less than the descent.
+const WORTH_A_TREE: u64 = 1 << 24;
 
 /// What a query took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,6 +50,7 @@ impl Query {
         Ok(Self {
             search: Search::new(a.resident(), b.resident())?,
             pose: RelativePose::IDENTITY,
+            culling: Culling::default(),
         })
     }
 
@@ -69,6 +75,12 @@ impl Query {
     /// Places mesh B as this relative pose says.
     pub fn relative(mut self, pose: RelativePose) -> Self {
         self.pose = pose;
+        self
+    }
+
+    /// Chooses how pairs are culled: blocks all against all, or down the tree of A.
+    pub fn culling(mut self, culling: Culling) -> Self {
+        self.culling = culling;
         self
     }
 
@@ -139,10 +151,8 @@ impl Query {
     /// As for [`any`](Self::any).
     pub fn classified(&self) -> Result<Vec<ClassifiedPair>, Error> {
         let ask = Ask {
-            answer: Kind::Pairs,
             leaves_hits: true,
-            words: [0, 0],
-            rows: 0,
+            ..self.plain(Kind::Pairs, [0, 0])
         };
         let parts = self.search.ask(ask, (0, Timing::Off), &[self.job()])?;
         let records = parts.iter().flat_map(|part| &part.records);
@@ -169,7 +179,7 @@ impl Query {
         } else {
             Timing::Off
         };
-        let ask = plain(Kind::Pairs, [0, 0]);
+        let ask = self.plain(Kind::Pairs, [0, 0]);
         let parts = self.search.ask(ask, (0, timing), &[self.job()])?;
         let times = parts.iter().map(|part| part.gpu_time);
         Ok(Statistics {
@@ -184,8 +194,23 @@ impl Query {
         job(&self.pose, self.search.a.blocks(), self.search.b.blocks())
     }
 
+    fn plain(&self, answer: Kind, words: [u32; 2]) -> Ask {
+        let [a, b] = [&self.search.a, &self.search.b].map(|mesh| u64::from(mesh.blocks()));
+        Ask {
+            answer,
+            leaves_hits: false,
+            words,
+            rows: 0,
+            tree: match self.culling {
+                Culling::AllPairs => false,
+                Culling::Bvh => true,
+                Culling::Auto => a * b > WORTH_A_TREE,
+            },
+        }
+    }
+
     fn ask(&self, answer: Kind, words: [u32; 2]) -> Result<Vec<Found>, Error> {
-        let ask = plain(answer, words);
+        let ask = self.plain(answer, words);
         self.search.ask(ask, (0, Timing::Off), &[self.job()])
     }
 
@@ -198,15 +223,6 @@ impl Query {
         let mut pairs: Vec<_> = certain.chain(settled.map(|record| record.pair)).collect();
         pairs.sort_unstable();
         pairs
-    }
-}
-
-fn plain(answer: Kind, words: [u32; 2]) -> Ask {
-    Ask {
-        answer,
-        leaves_hits: false,
-        words,
-        rows: 0,
     }
 }
 

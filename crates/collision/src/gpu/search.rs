@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use vertebra_gpu::{Device, Program, Recording, Slot, Timing, workgroups};
 use vertebra_shaders::collision::{
-    Answer, BLOCK_PAIRS, Job, PAIRS_A_ROUND, Places, RECORD, Sizes, TILE, narrow,
+    Answer, BLOCK_PAIRS, Job, LEVELS, PAIRS_A_ROUND, Places, RECORD, Sizes, TILE, TREE_PAIRS, Tree,
+    narrow,
 };
 
 use super::collider::Resident;
@@ -18,6 +19,9 @@ const NARROW_GROUPS: u32 = 2048;
 /// Words of an entry of the queue, and of a hit.
 const ENTRY: usize = 3;
 
+/// Pairs of blocks that one run may look at, all against all.
+const MOST_BLOCK_PAIRS: u64 = 1 << 31;
+
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Ask {
@@ -28,6 +32,8 @@ pub(super) struct Ask {
     pub(super) words: [u32; 2],
     /// Rows of the matrix.
     pub(super) rows: u32,
+    /// Whether the tree of A is descended.
+    pub(super) tree: bool,
 }
 
 /// The answers of kernels, as keys.
@@ -137,6 +143,11 @@ impl Search {
         // Parts still to be asked about, the next last.
         let mut left = vec![(0, jobs.to_vec())];
         while let Some((first_job, jobs)) = left.pop() {
+            // Counters are words.
+            if pairs_of_blocks(&jobs) > MOST_BLOCK_PAIRS && !ask.tree {
+                left.extend(halves(first_job, &jobs));
+                continue;
+            }
             match self.ask_once(&mut ready, ask, (row, timing), &jobs)? {
                 Some(found) => parts.push(Found { first_job, ..found }),
                 None => left.extend(halves(first_job, &jobs)),
@@ -155,7 +166,7 @@ impl Search {
         (row, timing): (u32, Timing),
         jobs: &[Job],
     ) -> Result<Option<Found>, Error> {
-        let (jobs, groups) = numbered(jobs);
+        let (jobs, groups) = numbered(jobs, ask.tree);
         let mut room = Room {
             jobs: count(jobs.len()),
             groups,
@@ -295,18 +306,21 @@ impl Search {
         if ask.answer != Kind::Pairs {
             recording.clear(found);
         }
-        recording.dispatch(
-            &BLOCK_PAIRS,
-            &[
-                sizes.any(),
-                jobs.any(),
-                boxes[0].any(),
-                boxes[1].any(),
-                queue.any(),
-                counts.any(),
-            ],
-            workgroups(room.groups, 1),
-        );
+        let mut buffers = vec![
+            sizes.any(),
+            jobs.any(),
+            boxes[0].any(),
+            boxes[1].any(),
+            queue.any(),
+            counts.any(),
+        ];
+        let kernel = if ask.tree {
+            buffers.push(recording.buffer_from("tree", &[tree(&a.levels)]).any());
+            &TREE_PAIRS
+        } else {
+            &BLOCK_PAIRS
+        };
+        recording.dispatch(kernel, &buffers, workgroups(room.groups, 1));
         let kernel = narrow(ask.answer.answer());
         let kernel = kernel.constant("LEAVE_HITS", u8::from(ask.leaves_hits));
         recording.dispatch(
@@ -380,12 +394,27 @@ impl Search {
     }
 }
 
+/// The tree of these numbers of nodes a level.
+fn tree(levels: &[u32]) -> Tree {
+    let mut tree = Tree {
+        top: count(levels.len()).saturating_sub(1),
+        ..Tree::default()
+    };
+    let mut first = 0;
+    for (place, &nodes) in tree.levels.iter_mut().zip(levels.iter().take(LEVELS)) {
+        *place = [first, nodes, 0, 0];
+        first += nodes;
+    }
+    tree
+}
+
 /// The jobs with the workgroups they begin at, and how many workgroups there are.
-fn numbered(jobs: &[Job]) -> (Vec<Job>, u32) {
+fn numbered(jobs: &[Job], tree: bool) -> (Vec<Job>, u32) {
     let mut groups = 0_u32;
     let number = |job: &Job| {
         let first_group = groups;
-        let tiles = job.a_blocks.div_ceil(TILE) * job.b_blocks.div_ceil(TILE);
+        let tiles_a = if tree { 1 } else { job.a_blocks.div_ceil(TILE) };
+        let tiles = tiles_a.saturating_mul(job.b_blocks.div_ceil(TILE));
         groups = groups.saturating_add(tiles);
         Job {
             first_group,
@@ -395,17 +424,17 @@ fn numbered(jobs: &[Job]) -> (Vec<Job>, u32) {
     (jobs.iter().map(number).collect(), groups)
 }
 
-/// Two halves, the first last: of the jobs, or of the blocks of A if there is only one.
+/// Two halves, the first last: of the jobs, or of the blocks of B if there is only one.
 fn halves(first_job: usize, jobs: &[Job]) -> [(usize, Vec<Job>); 2] {
     if let [job] = jobs {
-        let half = job.a_blocks / 2;
+        let half = job.b_blocks / 2;
         let front = Job {
-            a_blocks: half,
+            b_blocks: half,
             ..*job
         };
         let back = Job {
-            a_first: job.a_first + half,
-            a_blocks: job.a_blocks - half,
+            b_first: job.b_first + half,
+            b_blocks: job.b_blocks - half,
             ..*job
         };
         return [(first_job, vec![back]), (first_job, vec![front])];
@@ -415,6 +444,11 @@ fn halves(first_job: usize, jobs: &[Job]) -> [(usize, Vec<Job>); 2] {
         (first_job + front.len(), back.to_vec()),
         (first_job, front.to_vec()),
     ]
+}
+
+fn pairs_of_blocks(jobs: &[Job]) -> u64 {
+    let pairs = |job: &Job| u64::from(job.a_blocks) * u64::from(job.b_blocks);
+    jobs.iter().map(pairs).sum()
 }
 
 fn count(len: usize) -> u32 {

@@ -42,6 +42,9 @@ fn agree(a: &TriangleMesh, b: &TriangleMesh, pose: Pose) -> [u64; 2] {
     let [on_a, on_b] = [a, b].map(|mesh| Collider::new(device, mesh.clone()).unwrap());
     let gpu = Query::new(&on_a, &on_b).unwrap().pose_b(pose).unwrap();
     let pairs = cpu.pairs().unwrap();
+    let gpu = gpu.culling(Culling::AllPairs);
+    assert_eq!(gpu.pairs().unwrap(), pairs);
+    let gpu = gpu.culling(Culling::Bvh);
     assert_eq!(gpu.pairs().unwrap(), pairs);
     assert_eq!(gpu.any().unwrap(), !pairs.is_empty());
     assert_eq!(gpu.count().unwrap(), pairs.len() as u64);
