@@ -177,5 +177,6 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
     kernels.extend(others.map(|kernel| (kernel.name().to_owned(), kernel)));
     kernels.extend(crate::batch::all());
     kernels.extend(Dca::ALL.into_iter().flat_map(Dca::kernels));
+    kernels.extend(crate::collision::kernels());
     kernels
 });

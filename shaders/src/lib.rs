@@ -38,6 +38,7 @@
 //! ```
 
 mod batch;
+pub mod collision;
 mod compact;
 pub mod dca;
 mod finite;

@@ -61,6 +61,8 @@ mod distance;
 mod error;
 pub mod exact;
 mod format;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod links;
 mod meeting;
 mod mesh;

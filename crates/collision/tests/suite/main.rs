@@ -17,6 +17,8 @@ mod distances;
 mod exact;
 mod files;
 mod gold;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod hard_cases;
 mod ply_off;
 mod published;
