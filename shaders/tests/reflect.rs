@@ -134,12 +134,12 @@ fn workgroups_are_those_of_the_kernel() {
 
 /// Names and offsets of the fields of a struct that the host and shaders share.
 macro_rules! fields {
-    ($($module:ident ::)? $ty:ident: $($field:ident),*) => {
-        (
-            stringify!($ty),
-            size_of::<$($module ::)? $ty>(),
-            vec![$((stringify!($field), offset_of!($($module ::)? $ty, $field))),*],
-        )
+    ($module:ident::$ty:ident: $($field:ident),*) => {{
+        use $module::$ty;
+        fields!($ty: $($field),*)
+    }};
+    ($ty:ident: $($field:ident),*) => {
+        (stringify!($ty), size_of::<$ty>(), vec![$((stringify!($field), offset_of!($ty, $field))),*])
     };
 }
 
