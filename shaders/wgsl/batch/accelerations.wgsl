@@ -9,11 +9,11 @@ fn put(slot: u32, row: u32, qdd: real) {
     result[row * plan.stride + item] = qdd;
 }
 
-fn finish_one(slot: u32, link: Link, qdd: real) {
+fn finish_one(slot: u32, link: BatchLink, qdd: real) {
     put(slot, link.dof, qdd);
 }
 
-fn finish_several(slot: u32, link: Link, qdd: Motion) {
+fn finish_several(slot: u32, link: BatchLink, qdd: Motion) {
     put(slot, link.dof, qdd.angular.x);
     put(slot, link.dof + 1u, qdd.angular.y);
     put(slot, link.dof + 2u, qdd.angular.z);
@@ -24,5 +24,5 @@ fn finish_several(slot: u32, link: Link, qdd: Motion) {
     }
 }
 
-fn commit(link: Link) {
+fn commit(link: BatchLink) {
 }

@@ -20,7 +20,7 @@ fn put3(slot: u32, row: u32, v: vec3<real>) {
 
 // q at the end: that at the start turned by `angular`, in the child's axes, and moved by `linear`, in the
 // parent's.
-fn displace(slot: u32, link: Link, angular: vec3<real>, linear: vec3<real>) {
+fn displace(slot: u32, link: BatchLink, angular: vec3<real>, linear: vec3<real>) {
     var row = link.position;
     if link.kind == FREE {
         put3(slot, row, state3(start + row) + linear);
@@ -32,7 +32,7 @@ fn displace(slot: u32, link: Link, angular: vec3<real>, linear: vec3<real>) {
 }
 
 // Rates with the linear part of a free joint turned from the child's axes to the parent's.
-fn displacement_axes(link: Link, linear: vec3<real>) -> vec3<real> {
+fn displacement_axes(link: BatchLink, linear: vec3<real>) -> vec3<real> {
     if link.kind != FREE {
         return zero3();
     }
@@ -46,7 +46,7 @@ fn copy_rows(row: u32, count: u32) {
 }
 
 // An item that failed stays where it was.
-fn commit(link: Link) {
+fn commit(link: BatchLink) {
     if halted {
         var positions = 1u;
         var dofs = 1u;

@@ -33,7 +33,7 @@ const WILD_STATE: u32 = 3u;
 const LARGE_ANGLE: u32 = 4u;
 
 @group(0) @binding(0) var<uniform> plan: BatchPlan;
-@group(0) @binding(1) var<storage, read> links: array<Link>;
+@group(0) @binding(1) var<storage, read> links: array<BatchLink>;
 // Minus gravity and the step; then of each slot six: joint axes on the parent by columns with the
 // origin's coordinates, first moment and mass, rotational inertia.
 @group(0) @binding(2) var<storage, read> constants: array<vec4<real>>;
@@ -80,7 +80,7 @@ fn quaternion_at(row: u32) -> vec4<real> {
     return vec4<real>(state3(row), state_at(row + 3u));
 }
 
-fn rates(link: Link) -> u32 {
+fn rates(link: BatchLink) -> u32 {
     return source + plan.positions + link.dof;
 }
 
@@ -118,7 +118,7 @@ struct Placement {
     origin: vec3<real>,
 }
 
-fn placement(slot: u32, link: Link, turn: vec2<real>) -> Placement {
+fn placement(slot: u32, link: BatchLink, turn: vec2<real>) -> Placement {
     let at = 1u + 6u * slot;
     let x = constants[at];
     let y = constants[at + 1u];
@@ -142,7 +142,7 @@ fn placement(slot: u32, link: Link, turn: vec2<real>) -> Placement {
 }
 
 // Velocity across a joint, in the child's axes.
-fn joint_velocity(link: Link) -> Motion {
+fn joint_velocity(link: BatchLink) -> Motion {
     let row = rates(link);
     if HAS_PRISMATIC != 0u && link.kind == PRISMATIC {
         return Motion(zero3(), vec3<real>(0.0, 0.0, state_at(row)));
@@ -163,7 +163,7 @@ struct Turning {
 }
 
 // Rotations and velocity products, from the parent's turning.
-fn descend(slot: u32, link: Link, before: Turning) -> Turning {
+fn descend(slot: u32, link: BatchLink, before: Turning) -> Turning {
     let to = record(slot);
     var parent = before;
     if link.parent == NONE {
@@ -181,7 +181,7 @@ fn descend(slot: u32, link: Link, before: Turning) -> Turning {
             );
         }
     }
-    var turn = vec2<real>(0.0, 1.0);
+    var turn: vec2<real> = vec2<real>(0.0, 1.0);
     if link.kind == REVOLUTE {
         let angle = state_at(source + link.position);
         if abs(angle) > LARGEST_ANGLE {
@@ -210,7 +210,7 @@ fn descend(slot: u32, link: Link, before: Turning) -> Turning {
 // The forces on a body about its joint's origin, in its axes: a wrench in these axes; force f and torque
 // in world axes, and the sum T of point f' over the points where they act. The moment of R'f at the
 // points is the axial vector of T R.
-fn external_force(slot: u32, link: Link) -> Force {
+fn external_force(slot: u32, link: BatchLink) -> Force {
     if link.pushed == NONE {
         return force_zero();
     }
@@ -328,7 +328,7 @@ fn pass_revolute(
 }
 
 // The articulated inertia and bias force of a body, and what its joint passes on.
-fn ascend(slot: u32, link: Link, arriving: Passed) -> Passed {
+fn ascend(slot: u32, link: BatchLink, arriving: Passed) -> Passed {
     let at = record(slot);
     let first = scratch_at(at);
     let second = scratch_at(at + 1u);
@@ -451,7 +451,7 @@ fn ascend(slot: u32, link: Link, arriving: Passed) -> Passed {
 }
 
 // The acceleration of a body from that of the one its lane did before, or its parent's.
-fn respond(slot: u32, link: Link, before: Motion) -> Motion {
+fn respond(slot: u32, link: BatchLink, before: Motion) -> Motion {
     let at = record(slot);
     let first = scratch_at(at);
     let second = scratch_at(at + 1u);

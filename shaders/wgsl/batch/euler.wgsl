@@ -2,14 +2,14 @@
 
 const STAGES: u32 = 1u;
 
-fn finish_one(slot: u32, link: Link, qdd: real) {
+fn finish_one(slot: u32, link: BatchLink, qdd: real) {
     let row = plan.positions + link.dof;
     let rate: real = state_at(start + row) + time_step() * qdd;
     put(slot, row, rate);
     put(slot, link.position, state_at(start + link.position) + time_step() * rate);
 }
 
-fn finish_several(slot: u32, link: Link, qdd: Motion) {
+fn finish_several(slot: u32, link: BatchLink, qdd: Motion) {
     let row = plan.positions + link.dof;
     let angular = state3(start + row) + qdd.angular * time_step();
     put3(slot, row, angular);

@@ -18,7 +18,7 @@ struct BatchPlan {
     dofs: u32,
 }
 
-struct Link {
+struct BatchLink {
     kind: u32,
     // Slot of the parent.
     parent: u32,

@@ -7,11 +7,11 @@ struct Pose {
 }
 
 @group(0) @binding(0) var<uniform> plan: BatchPlan;
-@group(0) @binding(1) var<storage, read> links: array<Link>;
+@group(0) @binding(1) var<storage, read> links: array<BatchLink>;
 // The unit of length; then of each body the joint's place on the parent and the body's against the joint.
 @group(0) @binding(2) var<storage, read> constants: array<vec4<real>>;
 @group(0) @binding(3) var<storage, read> state: array<real>;
-@group(0) @binding(4) var<storage, read_write> poses: array<Pose>;
+@group(0) @binding(4) var<storage, read_write> poses: array<array<vec4<real>, 2>>;
 
 fn composed(a: Pose, b: Pose) -> Pose {
     return Pose(
@@ -28,7 +28,7 @@ fn state3(row: u32, item: u32) -> vec3<real> {
     return vec3<real>(state_at(row, item), state_at(row + 1u, item), state_at(row + 2u, item));
 }
 
-fn moved(link: Link, item: u32) -> Pose {
+fn moved(link: BatchLink, item: u32) -> Pose {
     let row = link.position;
     let length: real = constants[0].x;
     var pose: Pose = Pose(vec4<real>(0.0, 0.0, 0.0, 1.0), vec4<real>(0.0, 0.0, 0.0, 0.0));
@@ -61,10 +61,11 @@ fn main(
         let at = 1u + 4u * body;
         var pose = Pose(constants[at], constants[at + 1u]);
         if link.parent != NONE {
-            pose = composed(poses[link.parent * plan.stride + item], pose);
+            let parent = poses[link.parent * plan.stride + item];
+            pose = composed(Pose(parent[0], parent[1]), pose);
         }
         pose = composed(pose, moved(link, item));
         pose = composed(pose, Pose(constants[at + 2u], constants[at + 3u]));
-        poses[body * plan.stride + item] = pose;
+        poses[body * plan.stride + item] = array<vec4<real>, 2>(pose.rotation, pose.translation);
     }
 }

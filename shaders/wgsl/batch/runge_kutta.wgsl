@@ -44,7 +44,7 @@ fn ahead() -> real {
     return time_step() * 0.5;
 }
 
-fn finish_one(slot: u32, link: Link, qdd: real) {
+fn finish_one(slot: u32, link: BatchLink, qdd: real) {
     let row = plan.positions + link.dof;
     var rate: real = state_at(source + row);
     var acceleration: real = qdd;
@@ -58,7 +58,7 @@ fn finish_one(slot: u32, link: Link, qdd: real) {
     put(slot, link.position, state_at(start + link.position) + ahead() * rate);
 }
 
-fn finish_several(slot: u32, link: Link, qdd: Motion) {
+fn finish_several(slot: u32, link: BatchLink, qdd: Motion) {
     let row = plan.positions + link.dof;
     var u = zero3();
     if stage != 0u {
