@@ -126,68 +126,66 @@ fn every_item_has_the_bits_it_has_alone() {
 #[test]
 fn steps_and_poses_follow_the_host() {
     let device = device();
-    for (bodies, seed, lanes) in [(7, 21, 4), (6, 22, 1)] {
+    let problems = [(7, 21, 4), (6, 22, 1)];
+    for (precision, (bodies, seed, lanes)) in precisions(&device).into_iter().zip(problems) {
         let (model, states, forces) = problem(bodies, 5, seed);
-        for precision in precisions(&device) {
-            for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
-                let mut batch = Batch::new(
-                    &device,
-                    &model,
-                    5,
-                    &BatchOptions {
-                        integrator,
-                        ..options(precision, lanes)
-                    },
-                )
-                .unwrap();
-                batch.set_forces(&forces).unwrap();
-                batch.set_states(&states).unwrap();
-                batch.steps(1e-4, 4).unwrap();
-                batch.step(2e-4).unwrap();
-                let found = batch.states().unwrap();
-                let poses = batch.poses().unwrap();
-                for item in 0..5 {
-                    let mut cpu = Simulation::new(model.clone())
-                        .unwrap()
-                        .with_integrator(integrator);
-                    cpu.set_state(states[item].clone()).unwrap();
-                    *cpu.forces_mut() = forces[item].clone();
-                    let mut largest = 0.0_f64;
-                    for h in [1e-4, 1e-4, 1e-4, 1e-4, 2e-4] {
-                        let qdd = cpu.solve().unwrap().joint_accelerations().unwrap().to_vec();
-                        largest = qdd.iter().fold(largest, |m, x| m.max(x.abs()));
-                        cpu.step(h).unwrap();
-                    }
-                    let state = cpu.state();
-                    // Errors of accelerations act for the time of all steps; positions are rounded.
-                    let size = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
-                    let scale = 6e-4 * largest + size(&state.q) + size(&state.qd);
-                    let bound = 1e3 * bodies as f64 * precision.epsilon() * scale;
-                    let pairs = |a: &[f64], b: &[f64]| {
-                        a.iter()
-                            .zip(b)
-                            .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()))
-                    };
-                    let error =
-                        pairs(&found[item].q, &state.q).max(pairs(&found[item].qd, &state.qd));
-                    assert!(
-                        error <= bound,
-                        "{precision}, {integrator:?}: {error:e} > {bound:e}"
-                    );
-                    assert!((found[item].time - state.time).abs() < 1e-12);
-                    let mut workspace = Workspace::new(&model, Precision::F64);
-                    forward_kinematics(&model, &found[item], &mut workspace).unwrap();
-                    for (body, pose) in model
-                        .body_ids()
-                        .zip(&poses[item * bodies..(item + 1) * bodies])
-                    {
-                        let exact = workspace.pose(body).unwrap();
-                        let off = (exact.translation - pose.translation).length()
-                            / (1.0 + exact.translation.length());
-                        let turned = 1.0 - exact.rotation.dot(pose.rotation).abs();
-                        let bound = 50.0 * bodies as f64 * precision.epsilon();
-                        assert!(off <= bound && turned <= bound, "{off:e}, {turned:e}");
-                    }
+        for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+            let mut batch = Batch::new(
+                &device,
+                &model,
+                5,
+                &BatchOptions {
+                    integrator,
+                    ..options(precision, lanes)
+                },
+            )
+            .unwrap();
+            batch.set_forces(&forces).unwrap();
+            batch.set_states(&states).unwrap();
+            batch.steps(1e-4, 4).unwrap();
+            batch.step(2e-4).unwrap();
+            let found = batch.states().unwrap();
+            let poses = batch.poses().unwrap();
+            for item in 0..5 {
+                let mut cpu = Simulation::new(model.clone())
+                    .unwrap()
+                    .with_integrator(integrator);
+                cpu.set_state(states[item].clone()).unwrap();
+                *cpu.forces_mut() = forces[item].clone();
+                let mut largest = 0.0_f64;
+                for h in [1e-4, 1e-4, 1e-4, 1e-4, 2e-4] {
+                    let qdd = cpu.solve().unwrap().joint_accelerations().unwrap().to_vec();
+                    largest = qdd.iter().fold(largest, |m, x| m.max(x.abs()));
+                    cpu.step(h).unwrap();
+                }
+                let state = cpu.state();
+                // Errors of accelerations act for the time of all steps; positions are rounded.
+                let size = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+                let scale = 6e-4 * largest + size(&state.q) + size(&state.qd);
+                let bound = 1e3 * bodies as f64 * precision.epsilon() * scale;
+                let pairs = |a: &[f64], b: &[f64]| {
+                    a.iter()
+                        .zip(b)
+                        .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()))
+                };
+                let error = pairs(&found[item].q, &state.q).max(pairs(&found[item].qd, &state.qd));
+                assert!(
+                    error <= bound,
+                    "{precision}, {integrator:?}: {error:e} > {bound:e}"
+                );
+                assert!((found[item].time - state.time).abs() < 1e-12);
+                let mut workspace = Workspace::new(&model, Precision::F64);
+                forward_kinematics(&model, &found[item], &mut workspace).unwrap();
+                for (body, pose) in model
+                    .body_ids()
+                    .zip(&poses[item * bodies..(item + 1) * bodies])
+                {
+                    let exact = workspace.pose(body).unwrap();
+                    let off = (exact.translation - pose.translation).length()
+                        / (1.0 + exact.translation.length());
+                    let turned = 1.0 - exact.rotation.dot(pose.rotation).abs();
+                    let bound = 50.0 * bodies as f64 * precision.epsilon();
+                    assert!(off <= bound && turned <= bound, "{off:e}, {turned:e}");
                 }
             }
         }
@@ -367,4 +365,29 @@ fn what_the_device_lacks_is_named() {
         new(&small, fit + 1, Precision::F32),
         Error::BatchTooLarge { .. }
     ));
+}
+
+/// Forces on bodies that had none take other kernels and buffers, and nothing else changes.
+#[test]
+fn new_forces_act_on_the_state_reached() {
+    let device = device();
+    let (model, mut states, forces) = problem(5, 8, 3);
+    states[7].qd[0] = 1e25;
+    let mut batch = Batch::new(&device, &model, 8, &options(Precision::F32, 2)).unwrap();
+    batch.set_states(&states).unwrap();
+    let failed = batch.steps(1e-3, 2).unwrap_err();
+    let before = batch.states().unwrap();
+    batch.set_forces(&forces).unwrap();
+    assert_eq!(batch.states().unwrap(), before);
+    assert_eq!(batch.steps(1e-3, 1).unwrap_err(), failed);
+    let mut alone = Batch::new(&device, &model, 8, &options(Precision::F32, 2)).unwrap();
+    alone.set_forces(&forces).unwrap();
+    alone.set_states(&before).unwrap();
+    alone.steps_on_device(1e-3, 1).unwrap();
+    let (after, expected) = (batch.states().unwrap(), alone.states().unwrap());
+    for item in 0..7 {
+        assert_eq!(after[item].q, expected[item].q);
+        assert_ne!(after[item].q, before[item].q);
+    }
+    assert_eq!(after[7], before[7]);
 }

@@ -181,7 +181,7 @@ fn descend(slot: u32, link: BatchLink, before: Turning) -> Turning {
             );
         }
     }
-    var turn = vec2<real>(0.0, 1.0);
+    var turn: vec2<real> = vec2<real>(0.0, 1.0);
     if link.kind == REVOLUTE {
         let angle = state_at(source + link.position);
         if abs(angle) > LARGEST_ANGLE {

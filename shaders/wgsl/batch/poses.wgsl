@@ -11,7 +11,7 @@ struct Pose {
 // The unit of length; then of each body the joint's place on the parent and the body's against the joint.
 @group(0) @binding(2) var<storage, read> constants: array<vec4<real>>;
 @group(0) @binding(3) var<storage, read> state: array<real>;
-@group(0) @binding(4) var<storage, read_write> poses: array<Pose>;
+@group(0) @binding(4) var<storage, read_write> poses: array<array<vec4<real>, 2>>;
 
 fn composed(a: Pose, b: Pose) -> Pose {
     return Pose(
@@ -61,10 +61,11 @@ fn main(
         let at = 1u + 4u * body;
         var pose = Pose(constants[at], constants[at + 1u]);
         if link.parent != NONE {
-            pose = composed(poses[link.parent * plan.stride + item], pose);
+            let parent = poses[link.parent * plan.stride + item];
+            pose = composed(Pose(parent[0], parent[1]), pose);
         }
         pose = composed(pose, moved(link, item));
         pose = composed(pose, Pose(constants[at + 2u], constants[at + 3u]));
-        poses[body * plan.stride + item] = pose;
+        poses[body * plan.stride + item] = array<vec4<real>, 2>(pose.rotation, pose.translation);
     }
 }

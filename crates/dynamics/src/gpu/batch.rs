@@ -78,6 +78,13 @@ impl AnyEngine {
             _ => Self::Double(Box::new(Engine::new(fixed, pushed)?)),
         })
     }
+
+    fn with_pushed(&self, fixed: &Fixed, pushed: Vec<usize>) -> Result<Self, Error> {
+        Ok(match self {
+            Self::Single(engine) => Self::Single(Box::new(engine.with_pushed(fixed, pushed)?)),
+            Self::Double(engine) => Self::Double(Box::new(engine.with_pushed(fixed, pushed)?)),
+        })
+    }
 }
 
 impl Batch {
@@ -176,14 +183,7 @@ impl Batch {
         pushed.dedup();
         let current = in_precision!(&self.engine, engine => engine.pushed().to_vec());
         if !pushed.iter().all(|node| current.contains(node)) {
-            // Other kernels and buffers; what happened so far goes on in them.
-            let states = self.states()?;
-            let failed = self.failures()?;
-            if let Some((item, error)) = failed.into_iter().next() {
-                return Err(self.item_error(item, 1, error));
-            }
-            self.engine = AnyEngine::new(&self.fixed, self.precision, pushed)?;
-            self.set_states(&states)?;
+            self.engine = self.engine.with_pushed(&self.fixed, pushed)?;
         }
         let fixed = &self.fixed;
         in_precision!(&mut self.engine, engine => engine.set_forces(fixed, forces))

@@ -100,6 +100,20 @@ impl<W: Word> Engine<W> {
         })
     }
 
+    /// Goes on with kernels and buffers for forces on other bodies.
+    pub(super) fn with_pushed(&self, fixed: &Fixed, pushed: Vec<usize>) -> Result<Self, Error> {
+        let mut new = Self::new(fixed, pushed)?;
+        let device = &fixed.device;
+        new.memory.state.write(&read(device, &self.memory.state)?)?;
+        for (new, old) in new.memory.status.iter().zip(&self.memory.status) {
+            new.write(&read(device, old)?)?;
+        }
+        new.half = self.half;
+        new.done = self.done;
+        new.is_timed = self.is_timed;
+        Ok(new)
+    }
+
     /// A program that does `finish` with accelerations.
     fn program(&self, fixed: &Fixed, finish: BatchFinish) -> Result<Program, Error> {
         let memory = &self.memory;
