@@ -90,8 +90,8 @@ pub struct BenchArgs {
     /// Precisions; that of divide and conquer is its joins'.
     #[arg(long, value_delimiter = ',', value_enum)]
     pub precision: Vec<PrecisionArg>,
-    /// Backends. The scenario `gpu` has the rows of the other.
-    #[arg(long, value_delimiter = ',', value_parser = ["cpu"])]
+    /// Backends; both by default, if there is a real GPU.
+    #[arg(long, value_delimiter = ',', value_parser = ["cpu", "gpu"])]
     pub backend: Vec<String>,
     /// Numbers of bodies of the chains.
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
@@ -248,12 +248,13 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 44] = [
+const METHODS: [&str; 45] = [
     "aba",
     "build",
     "crba",
     "dca",
     "rnea",
+    "seeds",
     "step",
     "exact",
     "exact-any",
@@ -307,6 +308,12 @@ impl BenchArgs {
             seed: self.seed,
             quick: self.quick,
         }
+    }
+
+    /// Whether a backend is asked for.
+    #[must_use]
+    pub fn wants_backend(&self, name: &str) -> bool {
+        self.backend.is_empty() || self.backend.iter().any(|backend| backend == name)
     }
 
     /// Whether a built-in scenario is asked for.

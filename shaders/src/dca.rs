@@ -101,9 +101,17 @@ pub mod item {
 }
 
 /// Lanes of a workgroup that goes through rounds of dynamics.
-pub const WORK_LANES: u32 = 32;
+pub const WORK_LANES: u32 = 128;
+/// Lanes that share a join there.
+pub const TEAM: u32 = 16;
 /// Lanes of a workgroup that goes through rounds of kinematics.
 pub const TURN_LANES: u32 = 128;
+
+/// Lanes of a workgroup of chunks.
+const CHUNK_LANES: u32 = 32;
+
+/// Numbers of workgroup memory that a join takes.
+const JOIN_MEMORY: u32 = 92 + 92 + 80;
 
 macro_rules! part {
     ($name:literal) => {
@@ -157,7 +165,6 @@ const DYNAMICS_PARTS: &[&str] = &[
     part!("join"),
     part!("nodes"),
     part!("rake"),
-    part!("tree"),
     part!("chunk"),
     part!("leaf"),
     part!("respond"),
@@ -207,7 +214,7 @@ impl Dca {
     #[must_use]
     pub fn turn_parts(self, way: Way) -> Kernel {
         let kernel = self.motion("turn_parts", TURN_LANES);
-        both_ways(kernel.with(part!("turn_parts")), way)
+        with_ways(kernel.with(part!("turn_parts")).with(part!("layer")), way)
     }
 
     /// Places the bodies of the first round's chunks, a lane each.
@@ -220,7 +227,7 @@ impl Dca {
     /// Places and assembles the first round's chunks, a lane each.
     #[must_use]
     pub fn assemble_chunks(self) -> Kernel {
-        let kernel = self.dynamics("assemble_chunks", self.chunks, WORK_LANES);
+        let kernel = self.dynamics("assemble_chunks", self.chunks, CHUNK_LANES);
         let kernel = kernel.with(part!("advance_none"));
         kernel.with(part!("assemble_chunks")).with(part!("leading"))
     }
@@ -228,7 +235,7 @@ impl Dca {
     /// Solves the first round's chunks, a lane each.
     #[must_use]
     pub fn solve_chunks(self, advance: Advance) -> Kernel {
-        let kernel = self.dynamics("solve_chunks", self.chunks, WORK_LANES);
+        let kernel = self.dynamics("solve_chunks", self.chunks, CHUNK_LANES);
         let kernel = kernel.with(part!("solve_chunks")).with(part!("leading"));
         advancing(kernel, advance)
     }
@@ -236,18 +243,16 @@ impl Dca {
     /// Rounds of joins alone, in the precision of the tree.
     #[must_use]
     pub fn join_parts(self, way: Way) -> Kernel {
-        let kernel = self.dynamics("join_parts", self.tree, WORK_LANES);
+        let kernel = self.teams("join_parts", self.tree);
         let kernel = kernel.with(part!("advance_none"));
-        let kernel = kernel.constant("COARSER", self.coarser());
-        both_ways(kernel.with(part!("join_parts")), way)
+        with_ways(kernel.with(part!("join_parts")), way)
     }
 
     /// Rounds of any kind, joins too computed in the precision of the chunks.
     #[must_use]
     pub fn work_parts(self, way: Way, advance: Advance) -> Kernel {
-        let kernel = self.dynamics("work_parts", self.chunks, WORK_LANES);
-        let kernel = advancing(kernel.with(part!("work_parts")), advance);
-        both_ways(kernel.constant("COARSER", self.coarser()), way)
+        let kernel = self.teams("work_parts", self.chunks);
+        with_ways(advancing(kernel.with(part!("work_parts")), advance), way)
     }
 
     /// All of them, with what they are.
@@ -299,6 +304,16 @@ impl Dca {
             .stride("nodes", 4 * self.tree.bytes())
     }
 
+    /// Rounds, joins of which teams of lanes take.
+    fn teams(self, name: &'static str, precision: Precision) -> Kernel {
+        let joins = WORK_LANES / TEAM;
+        self.dynamics(name, precision, WORK_LANES)
+            .with(part!("tree"))
+            .with(part!("team_layer"))
+            .constant("COARSER", self.coarser())
+            .workgroup_memory_of(joins * JOIN_MEMORY * precision.bytes())
+    }
+
     fn precise(self, kernel: Kernel, precision: Precision) -> Kernel {
         let kept = match (self.chunks, self.tree) {
             (Precision::F32, _) => "alias chunk_real = f32;\nalias tree_real = f32;\n",
@@ -316,9 +331,8 @@ impl Dca {
     }
 }
 
-fn both_ways(kernel: Kernel, way: Way) -> Kernel {
+fn with_ways(kernel: Kernel, way: Way) -> Kernel {
     kernel
-        .with(part!("layer"))
         .constant("UP", u8::from(way != Way::Down))
         .constant("DOWN", u8::from(way != Way::Up))
 }

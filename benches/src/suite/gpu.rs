@@ -1,6 +1,7 @@
 //! The checks of a GPU: primitives against the CPU, the runtime, and what happens when things go
 //! wrong. They run on any device, a software one too.
 
+mod dynamics;
 mod faults;
 mod primitives;
 pub(crate) mod runtime;
@@ -44,6 +45,12 @@ pub const CHECKS: &[GpuCheck] = &[
     check("nan_in_data", stages::nan_in_data),
     check("nan_made_on_the_device", stages::nan_made_on_the_device),
     check("failed_stage", stages::failed_stage),
+    check("dca_accelerations", dynamics::accelerations),
+    check("dca_long_chain", dynamics::long_chain),
+    check("dca_steps", dynamics::steps),
+    check("dca_same_bits", dynamics::same_bits),
+    check("dca_many_steps", dynamics::many_steps),
+    check("dca_overflow", dynamics::overflow),
 ];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {

@@ -11,7 +11,7 @@ const SUM = 2u;
 
 fn run_round(start: u32, lane: u32, is_up: bool) {
     let first = words[start];
-    let count = words[start + 1u] - first;
+    let count = words[start + 2u] - first;
     let passes = (count + LANES - 1u) / LANES;
     for (var pass_ = 0u; pass_ < passes; pass_++) {
         let item = pass_ * LANES + lane;
@@ -36,16 +36,16 @@ fn main(
     if group >= layer.count {
         return;
     }
-    let starts = layer.starts + group * (layer.rounds + 1u);
+    let starts = layer.starts + group * (2u * layer.rounds + 1u);
     if UP != 0u {
         for (var round = 0u; round < layer.rounds; round++) {
-            run_round(starts + round, lane, true);
+            run_round(starts + 2u * round, lane, true);
             storageBarrier();
         }
     }
     if DOWN != 0u {
         for (var round = 0u; round < layer.rounds; round++) {
-            run_round(starts + layer.rounds - 1u - round, lane, false);
+            run_round(starts + 2u * (layer.rounds - 1u - round), lane, false);
             storageBarrier();
         }
     }

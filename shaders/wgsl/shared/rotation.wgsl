@@ -39,10 +39,10 @@ fn quaternion_turned(q: vec4<real>, v: vec3<real>) -> vec3<real> {
 fn quaternion_exp(r: vec3<real>) -> vec4<real> {
     let square: real = dot(r, r);
     let angle: real = sqrt(square);
-    let turn = sin_cos(0.5 * angle);
+    let turn: vec2<real> = sin_cos(0.5 * angle);
     let series: real = 0.5 - square * (0.020833333333333332
         - square * (0.00026041666666666666 - square * 1.5500992063492063e-06));
-    let is_small = angle < 0.015625;
+    let is_small: bool = angle < 0.015625;
     let scale: real = select(turn.x / select(angle, real(1.0), is_small), series, is_small);
     return vec4<real>(r * scale, turn.y);
 }

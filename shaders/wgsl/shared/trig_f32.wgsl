@@ -13,9 +13,9 @@ fn sin_cos(angle: real) -> vec2<real> {
     let r: real = ((angle - turns * 1.5703125) - turns * 0.0004825592041015625)
         - turns * 1.2675907e-6;
     let square = r * r;
-    let sine = r + r * square
+    let sine: real = r + r * square
         * (-0.16666667 + square * (8.3333333e-3 + square * (-1.9841270e-4 + square * 2.7557319e-6)));
-    let cosine = (1.0 - 0.5 * square) + square * square
+    let cosine: real = (1.0 - 0.5 * square) + square * square
         * (4.1666668e-2 + square * (-1.3888889e-3 + square * (2.4801587e-5 - square * 2.7557319e-7)));
     let quadrant = u32(i32(turns));
     let odd = (quadrant & 1u) != 0u;

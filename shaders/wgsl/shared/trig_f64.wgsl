@@ -15,11 +15,11 @@ fn sin_cos(angle: real) -> vec2<real> {
     let square = r * r;
     let high_sine: real = -2.505210838544172e-08 + square * (1.6059043836821613e-10
         + square * (-7.647163731819816e-13 + square * 2.8114572543455206e-15));
-    let sine = r + r * square * (-0.16666666666666666 + square * (0.008333333333333333
+    let sine: real = r + r * square * (-0.16666666666666666 + square * (0.008333333333333333
         + square * (-0.0001984126984126984 + square * (2.7557319223985893e-06 + square * high_sine))));
     let high_cosine: real = -2.755731922398589e-07 + square * (2.08767569878681e-09
         + square * (-1.1470745597729725e-11 + square * 4.779477332387385e-14));
-    let cosine = (1.0 - 0.5 * square) + square * square * (0.041666666666666664
+    let cosine: real = (1.0 - 0.5 * square) + square * square * (0.041666666666666664
         + square * (-0.001388888888888889 + square * (2.48015873015873e-05 + square * high_cosine)));
     let quadrant = u32(i32(turns));
     let odd = (quadrant & 1u) != 0u;

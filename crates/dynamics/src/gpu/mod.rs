@@ -21,10 +21,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod engine;
-mod layers;
-mod scalar;
-mod simulation;
-mod tables;
+mod dca;
 
-pub use simulation::{Options, PoseBuffer, Simulation};
+pub use dca::{Options, PoseBuffer, Simulation};
