@@ -55,17 +55,22 @@ pub struct Layer {
     pub rounds: u32,
     /// First word of the table: for each workgroup where the items of its rounds start, and end.
     pub starts: u32,
+    /// [`Way`], as a number.
+    pub ways: u32,
+    /// [`Commit`] or the stage of an integrator, as a number.
+    pub stage: u32,
 }
 
 /// What becomes of the state before its rotations are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Commit {
     /// A stage of an integrator: nothing.
-    Keep,
+    Keep = 0,
     /// The state worked on becomes the state, if the step has not failed.
-    Step,
+    Step = 1,
     /// The state is taken to be worked on.
-    Restore,
+    Restore = 2,
 }
 
 /// What accelerations are for.
@@ -75,19 +80,20 @@ pub enum Advance {
     None,
     /// A semi-implicit Euler step.
     Euler,
-    /// A stage of a Runge-Kutta step, 0 to 3.
-    RungeKutta(u8),
+    /// A stage of a Runge-Kutta step; [`Layer::stage`] says which, 0 to 3.
+    RungeKutta,
 }
 
 /// Which ways a dispatch goes through its rounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Way {
     /// From the chunks to the roots.
-    Up,
+    Up = 1,
     /// Back.
-    Down,
+    Down = 2,
     /// One after the other.
-    Both,
+    Both = 3,
 }
 
 /// Kinds of the items of a table of rounds, in the lowest two bits of their words.
@@ -197,24 +203,18 @@ impl Dca {
         },
     ];
 
-    /// What is across each chunk; a lane each, of all.
+    /// What is across each chunk; a lane each, of all. [`Layer::stage`] is a [`Commit`].
     #[must_use]
-    pub fn turn_chunks(self, commit: Commit) -> Kernel {
-        let mode = match commit {
-            Commit::Keep => 0,
-            Commit::Step => 1,
-            Commit::Restore => 2,
-        };
+    pub fn turn_chunks(self) -> Kernel {
         let kernel = self.motion("turn_chunks", 64);
-        let kernel = kernel.with(part!("turn_chunks")).with(part!("leading"));
-        kernel.constant("MODE", mode)
+        kernel.with(part!("turn_chunks")).with(part!("leading"))
     }
 
     /// Kinematics over several rounds.
     #[must_use]
-    pub fn turn_parts(self, way: Way) -> Kernel {
+    pub fn turn_parts(self) -> Kernel {
         let kernel = self.motion("turn_parts", TURN_LANES);
-        with_ways(kernel.with(part!("turn_parts")).with(part!("layer")), way)
+        kernel.with(part!("turn_parts")).with(part!("layer"))
     }
 
     /// Places the bodies of the first round's chunks, a lane each.
@@ -242,31 +242,31 @@ impl Dca {
 
     /// Rounds of joins alone, in the precision of the tree.
     #[must_use]
-    pub fn join_parts(self, way: Way) -> Kernel {
+    pub fn join_parts(self) -> Kernel {
         let kernel = self.teams("join_parts", self.tree);
         let kernel = kernel.with(part!("advance_none"));
-        with_ways(kernel.with(part!("join_parts")), way)
+        kernel.with(part!("join_parts"))
     }
 
     /// Rounds of any kind, joins too computed in the precision of the chunks.
     #[must_use]
-    pub fn work_parts(self, way: Way, advance: Advance) -> Kernel {
+    pub fn work_parts(self, advance: Advance) -> Kernel {
         let kernel = self.teams("work_parts", self.chunks);
-        with_ways(advancing(kernel.with(part!("work_parts")), advance), way)
+        advancing(kernel.with(part!("work_parts")), advance)
     }
 
     /// All of them, with what they are.
     pub(crate) fn kernels(self) -> Vec<(String, Kernel)> {
         let mut kernels = vec![
-            self.turn_chunks(Commit::Step),
-            self.turn_parts(Way::Both),
+            self.turn_chunks(),
+            self.turn_parts(),
             self.place_chunks(),
             self.assemble_chunks(),
             self.solve_chunks(Advance::None),
-            self.join_parts(Way::Both),
+            self.join_parts(),
         ];
-        let advances = [Advance::None, Advance::Euler, Advance::RungeKutta(0)];
-        kernels.extend(advances.map(|advance| self.work_parts(Way::Both, advance)));
+        let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
+        kernels.extend(advances.map(|advance| self.work_parts(advance)));
         let named = |(number, kernel): (usize, Kernel)| {
             let Self { chunks, tree } = self;
             (
@@ -331,18 +331,10 @@ impl Dca {
     }
 }
 
-fn with_ways(kernel: Kernel, way: Way) -> Kernel {
-    kernel
-        .constant("UP", u8::from(way != Way::Down))
-        .constant("DOWN", u8::from(way != Way::Up))
-}
-
 fn advancing(kernel: Kernel, advance: Advance) -> Kernel {
     match advance {
         Advance::None => kernel.with(part!("advance_none")),
         Advance::Euler => kernel.with(part!("advance_euler")),
-        Advance::RungeKutta(stage) => kernel
-            .with(part!("advance_runge_kutta"))
-            .constant("STAGE", stage),
+        Advance::RungeKutta => kernel.with(part!("advance_runge_kutta")),
     }
 }

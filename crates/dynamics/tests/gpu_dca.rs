@@ -10,6 +10,7 @@ use vertebra_dynamics::{
     DcaOptions, DcaWorkspace, Error, Forces, Integrator, Precision, Workspace, Wrench, aba, dca,
     forward_error,
 };
+use std::sync::OnceLock;
 use vertebra_gpu::Device;
 
 /// Chunks and joins: the three choices there are.
@@ -19,8 +20,10 @@ const PRECISIONS: [(Precision, Precision); 3] = [
     (Precision::F64, Precision::F64),
 ];
 
+/// One for all tests, so that pipelines are compiled once.
 fn device() -> Device {
-    Device::auto().unwrap()
+    static DEVICE: OnceLock<Device> = OnceLock::new();
+    DEVICE.get_or_init(|| Device::auto().unwrap()).clone()
 }
 
 fn inputs(model: &Model, seed: u64) -> (State, Forces) {

@@ -1,10 +1,6 @@
 // Several rounds of an assembly tree in one dispatch. Each workgroup takes parts of the tree that hang
 // together within these rounds, so that it need wait for no other.
 
-// Whether the rounds are gone through up, down, or both.
-override UP: u32 = 0u;
-override DOWN: u32 = 0u;
-
 const CHUNK = 0u;
 const JOIN = 1u;
 const SUM = 2u;
@@ -37,13 +33,13 @@ fn main(
         return;
     }
     let starts = layer.starts + group * (2u * layer.rounds + 1u);
-    if UP != 0u {
+    if (layer.ways & 1u) != 0u {
         for (var round = 0u; round < layer.rounds; round++) {
             run_round(starts + 2u * round, lane, true);
             storageBarrier();
         }
     }
-    if DOWN != 0u {
+    if (layer.ways & 2u) != 0u {
         for (var round = 0u; round < layer.rounds; round++) {
             run_round(starts + 2u * (layer.rounds - 1u - round), lane, false);
             storageBarrier();

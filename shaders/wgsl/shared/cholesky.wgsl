@@ -22,16 +22,16 @@ struct Cholesky6 {
 fn cholesky3(s: Sym3, floor: real) -> Cholesky3 {
     let x: real = s.diagonal.x;
     let positive_x = x > floor;
-    let inverse_x = 1.0 / sqrt(select(real(1.0), x, positive_x));
+    let inverse_x: real = 1.0 / sqrt(select(real(1.0), x, positive_x));
     let yx = s.off.z * inverse_x;
     let zx = s.off.y * inverse_x;
     let y: real = s.diagonal.y - yx * yx;
     let positive_y = y > floor;
-    let inverse_y = 1.0 / sqrt(select(real(1.0), y, positive_y));
+    let inverse_y: real = 1.0 / sqrt(select(real(1.0), y, positive_y));
     let zy = (s.off.x - zx * yx) * inverse_y;
     let z: real = s.diagonal.z - zx * zx - zy * zy;
     let positive_z = z > floor;
-    let inverse_z = 1.0 / sqrt(select(real(1.0), z, positive_z));
+    let inverse_z: real = 1.0 / sqrt(select(real(1.0), z, positive_z));
     return Cholesky3(
         vec3<real>(inverse_x, inverse_y, inverse_z),
         vec3<real>(zy, zx, yx),
