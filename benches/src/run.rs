@@ -144,6 +144,10 @@ struct Subjects {
     error_lists: Vec<error_table::Subject>,
     spheres: Vec<scaling::Subject>,
     gpu: Option<gpu::Subject>,
+    /// Whether rows of the CPU are wanted.
+    on_cpu: bool,
+    /// The GPU on which models are measured too.
+    device: Option<gpu::Subject>,
 }
 
 impl Subjects {
@@ -188,13 +192,24 @@ impl Subjects {
             } else {
                 None
             },
+            on_cpu: arguments.wants_backend("cpu"),
+            device: if arguments.wants_backend("gpu") {
+                gpu::Subject::find(!arguments.backend.is_empty())?
+            } else {
+                None
+            },
         })
     }
 
     fn measurements(&self, selection: &Selection) -> Vec<Measurement<'_>> {
         let mut list = Vec::new();
         for subject in &self.models {
-            list.extend(subject.measurements(selection));
+            if self.on_cpu {
+                list.extend(subject.measurements(selection));
+            }
+            if let Some(gpu) = &self.device {
+                list.extend(gpu::chains::measurements(subject, gpu.device(), selection));
+            }
         }
         if let Some(subject) = &self.lengths {
             list.extend(subject.measurements(selection));

@@ -55,17 +55,22 @@ pub struct Layer {
     pub rounds: u32,
     /// First word of the table: for each workgroup where the items of its rounds start, and end.
     pub starts: u32,
+    /// [`Way`], as a number.
+    pub ways: u32,
+    /// [`Commit`] or the stage of an integrator, as a number.
+    pub stage: u32,
 }
 
 /// What becomes of the state before its rotations are computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Commit {
     /// A stage of an integrator: nothing.
-    Keep,
+    Keep = 0,
     /// The state worked on becomes the state, if the step has not failed.
-    Step,
+    Step = 1,
     /// The state is taken to be worked on.
-    Restore,
+    Restore = 2,
 }
 
 /// What accelerations are for.
@@ -75,19 +80,20 @@ pub enum Advance {
     None,
     /// A semi-implicit Euler step.
     Euler,
-    /// A stage of a Runge-Kutta step, 0 to 3.
-    RungeKutta(u8),
+    /// A stage of a Runge-Kutta step; [`Layer::stage`] says which, 0 to 3.
+    RungeKutta,
 }
 
 /// Which ways a dispatch goes through its rounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Way {
     /// From the chunks to the roots.
-    Up,
+    Up = 1,
     /// Back.
-    Down,
+    Down = 2,
     /// One after the other.
-    Both,
+    Both = 3,
 }
 
 /// Kinds of the items of a table of rounds, in the lowest two bits of their words.
@@ -101,9 +107,17 @@ pub mod item {
 }
 
 /// Lanes of a workgroup that goes through rounds of dynamics.
-pub const WORK_LANES: u32 = 32;
+pub const WORK_LANES: u32 = 128;
+/// Lanes that share a join there.
+pub const TEAM: u32 = 16;
 /// Lanes of a workgroup that goes through rounds of kinematics.
 pub const TURN_LANES: u32 = 128;
+
+/// Lanes of a workgroup of chunks.
+const CHUNK_LANES: u32 = 32;
+
+/// Numbers of workgroup memory that a join takes.
+const JOIN_MEMORY: u32 = 92 + 92 + 80;
 
 macro_rules! part {
     ($name:literal) => {
@@ -157,7 +171,6 @@ const DYNAMICS_PARTS: &[&str] = &[
     part!("join"),
     part!("nodes"),
     part!("rake"),
-    part!("tree"),
     part!("chunk"),
     part!("leaf"),
     part!("respond"),
@@ -190,24 +203,18 @@ impl Dca {
         },
     ];
 
-    /// What is across each chunk; a lane each, of all.
+    /// What is across each chunk; a lane each, of all. [`Layer::stage`] is a [`Commit`].
     #[must_use]
-    pub fn turn_chunks(self, commit: Commit) -> Kernel {
-        let mode = match commit {
-            Commit::Keep => 0,
-            Commit::Step => 1,
-            Commit::Restore => 2,
-        };
+    pub fn turn_chunks(self) -> Kernel {
         let kernel = self.motion("turn_chunks", 64);
-        let kernel = kernel.with(part!("turn_chunks")).with(part!("leading"));
-        kernel.constant("MODE", mode)
+        kernel.with(part!("turn_chunks")).with(part!("leading"))
     }
 
     /// Kinematics over several rounds.
     #[must_use]
-    pub fn turn_parts(self, way: Way) -> Kernel {
+    pub fn turn_parts(self) -> Kernel {
         let kernel = self.motion("turn_parts", TURN_LANES);
-        both_ways(kernel.with(part!("turn_parts")), way)
+        kernel.with(part!("turn_parts")).with(part!("layer"))
     }
 
     /// Places the bodies of the first round's chunks, a lane each.
@@ -220,7 +227,7 @@ impl Dca {
     /// Places and assembles the first round's chunks, a lane each.
     #[must_use]
     pub fn assemble_chunks(self) -> Kernel {
-        let kernel = self.dynamics("assemble_chunks", self.chunks, WORK_LANES);
+        let kernel = self.dynamics("assemble_chunks", self.chunks, CHUNK_LANES);
         let kernel = kernel.with(part!("advance_none"));
         kernel.with(part!("assemble_chunks")).with(part!("leading"))
     }
@@ -228,40 +235,38 @@ impl Dca {
     /// Solves the first round's chunks, a lane each.
     #[must_use]
     pub fn solve_chunks(self, advance: Advance) -> Kernel {
-        let kernel = self.dynamics("solve_chunks", self.chunks, WORK_LANES);
+        let kernel = self.dynamics("solve_chunks", self.chunks, CHUNK_LANES);
         let kernel = kernel.with(part!("solve_chunks")).with(part!("leading"));
         advancing(kernel, advance)
     }
 
     /// Rounds of joins alone, in the precision of the tree.
     #[must_use]
-    pub fn join_parts(self, way: Way) -> Kernel {
-        let kernel = self.dynamics("join_parts", self.tree, WORK_LANES);
+    pub fn join_parts(self) -> Kernel {
+        let kernel = self.teams("join_parts", self.tree);
         let kernel = kernel.with(part!("advance_none"));
-        let kernel = kernel.constant("COARSER", self.coarser());
-        both_ways(kernel.with(part!("join_parts")), way)
+        kernel.with(part!("join_parts"))
     }
 
     /// Rounds of any kind, joins too computed in the precision of the chunks.
     #[must_use]
-    pub fn work_parts(self, way: Way, advance: Advance) -> Kernel {
-        let kernel = self.dynamics("work_parts", self.chunks, WORK_LANES);
-        let kernel = advancing(kernel.with(part!("work_parts")), advance);
-        both_ways(kernel.constant("COARSER", self.coarser()), way)
+    pub fn work_parts(self, advance: Advance) -> Kernel {
+        let kernel = self.teams("work_parts", self.chunks);
+        advancing(kernel.with(part!("work_parts")), advance)
     }
 
     /// All of them, with what they are.
     pub(crate) fn kernels(self) -> Vec<(String, Kernel)> {
         let mut kernels = vec![
-            self.turn_chunks(Commit::Step),
-            self.turn_parts(Way::Both),
+            self.turn_chunks(),
+            self.turn_parts(),
             self.place_chunks(),
             self.assemble_chunks(),
             self.solve_chunks(Advance::None),
-            self.join_parts(Way::Both),
+            self.join_parts(),
         ];
-        let advances = [Advance::None, Advance::Euler, Advance::RungeKutta(0)];
-        kernels.extend(advances.map(|advance| self.work_parts(Way::Both, advance)));
+        let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
+        kernels.extend(advances.map(|advance| self.work_parts(advance)));
         let named = |(number, kernel): (usize, Kernel)| {
             let Self { chunks, tree } = self;
             (
@@ -299,6 +304,16 @@ impl Dca {
             .stride("nodes", 4 * self.tree.bytes())
     }
 
+    /// Rounds, joins of which teams of lanes take.
+    fn teams(self, name: &'static str, precision: Precision) -> Kernel {
+        let joins = WORK_LANES / TEAM;
+        self.dynamics(name, precision, WORK_LANES)
+            .with(part!("tree"))
+            .with(part!("team_layer"))
+            .constant("COARSER", self.coarser())
+            .workgroup_memory_of(joins * JOIN_MEMORY * precision.bytes())
+    }
+
     fn precise(self, kernel: Kernel, precision: Precision) -> Kernel {
         let kept = match (self.chunks, self.tree) {
             (Precision::F32, _) => "alias chunk_real = f32;\nalias tree_real = f32;\n",
@@ -316,19 +331,10 @@ impl Dca {
     }
 }
 
-fn both_ways(kernel: Kernel, way: Way) -> Kernel {
-    kernel
-        .with(part!("layer"))
-        .constant("UP", u8::from(way != Way::Down))
-        .constant("DOWN", u8::from(way != Way::Up))
-}
-
 fn advancing(kernel: Kernel, advance: Advance) -> Kernel {
     match advance {
         Advance::None => kernel.with(part!("advance_none")),
         Advance::Euler => kernel.with(part!("advance_euler")),
-        Advance::RungeKutta(stage) => kernel
-            .with(part!("advance_runge_kutta"))
-            .constant("STAGE", stage),
+        Advance::RungeKutta => kernel.with(part!("advance_runge_kutta")),
     }
 }

@@ -2,6 +2,7 @@
 //! device; every result is compared with the CPU's.
 
 mod bare;
+pub(crate) mod chains;
 mod rows;
 
 use super::{Measurement, Meter, Selection};
@@ -39,6 +40,12 @@ impl Subject {
         };
         let real = device.info().device_type != DeviceType::Cpu;
         Ok((named || real).then_some(Self { device }))
+    }
+
+    /// The device.
+    #[must_use]
+    pub const fn device(&self) -> &Device {
+        &self.device
     }
 
     /// The rows that are asked for.

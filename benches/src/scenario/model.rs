@@ -130,7 +130,7 @@ impl Subject {
 
     /// The joint accelerations of each input in the reference precision, rounded to f64; computed
     /// once, as it takes longer than most rows.
-    fn reference(&self) -> Result<&[Vec<f64>], vertebra::Error> {
+    pub(super) fn reference(&self) -> Result<&[Vec<f64>], vertebra::Error> {
         if let Some(reference) = self.reference.get() {
             return Ok(reference);
         }

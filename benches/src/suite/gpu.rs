@@ -3,6 +3,7 @@
 
 mod batch;
 mod compare;
+mod dynamics;
 mod faults;
 mod mismatches;
 mod primitives;
@@ -70,6 +71,12 @@ pub const CHECKS: &[GpuCheck] = &[
     check("batch_accelerations", batch::accelerations),
     check("batch_steps", batch::steps),
     check("batch_failing_item", batch::a_failing_item),
+    check("dca_accelerations", dynamics::accelerations),
+    check("dca_long_chain", dynamics::long_chain),
+    check("dca_steps", dynamics::steps),
+    check("dca_same_bits", dynamics::same_bits),
+    check("dca_many_steps", dynamics::many_steps),
+    check("dca_overflow", dynamics::overflow),
 ];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {

@@ -1,7 +1,5 @@
 // A stage of the classical Runge-Kutta method, on the rotation group: u' = dexp^-1(u) w, qd' = qdd.
 
-override STAGE: u32 = 0u;
-
 fn advance(slot: u32, kind: u32, qdd: Motion) {
     let v = dof_of(slot);
     let n = sizes.dofs;
@@ -20,12 +18,12 @@ fn advance(slot: u32, kind: u32, qdd: Motion) {
     );
     var rate_sum = rate;
     var acceleration_sum = qdd;
-    if STAGE > 0u {
+    if layer.stage > 0u {
         if kind == SPHERICAL || kind == FREE {
             let u = joint_motion(displacements + v, kind);
             rate.angular = rotation_vector_rate(u.angular, rate.angular);
         }
-        let weight: real = select(real(2.0), real(1.0), STAGE == 3u);
+        let weight: real = select(real(2.0), real(1.0), layer.stage == 3u);
         rate_sum = motion_add(
             joint_motion(rate_sums + v, kind),
             motion_scaled(rate, weight),
@@ -35,7 +33,7 @@ fn advance(slot: u32, kind: u32, qdd: Motion) {
             motion_scaled(qdd, weight),
         );
     }
-    if STAGE == 3u {
+    if layer.stage == 3u {
         let sixth: real = h / 6.0;
         let u = motion_scaled(rate_sum, sixth);
         put_moved(slot, kind, u, motion_add(start, motion_scaled(acceleration_sum, sixth)));
@@ -43,7 +41,7 @@ fn advance(slot: u32, kind: u32, qdd: Motion) {
     }
     put_joint_motion(rate_sums + v, kind, rate_sum);
     put_joint_motion(acceleration_sums + v, kind, acceleration_sum);
-    let ahead: real = select(0.5 * h, h, STAGE == 2u);
+    let ahead: real = select(0.5 * h, h, layer.stage == 2u);
     let u = motion_scaled(rate, ahead);
     put_joint_motion(displacements + v, kind, u);
     put_moved(slot, kind, u, motion_add(start, motion_scaled(qdd, ahead)));

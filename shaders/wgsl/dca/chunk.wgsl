@@ -394,7 +394,9 @@ fn assemble_chunk(chunk: u32) {
     var node = Node(part.inertia, part.tip, part.compliance, part.bias, part.drift);
     if is_inner {
         let cut = chunk_word(chunk, INBOARD);
-        let placed = get_placed(cut);
+        // Not as it is placed, which another lane may be about to do.
+        let start = under_chunk(chunk);
+        let placed = Placed(start.rotation, start.spin, zero3(), motion_zero());
         let axes = quaternion_matrix(placed.rotation);
         part = interior_added(part, body_share(cut, flags_of(cut), placed, axes, 0.5));
         let factor: Cholesky6 = cholesky6(part.inertia, 0.0, 0.0);

@@ -47,19 +47,6 @@ fn finish(
     return JoinedNode(node, Joined(factor, inboard, outboard, bias));
 }
 
-// Joined rigidly.
-fn joined_rigidly(is_head: bool, a: Node, b: Node) -> JoinedNode {
-    return finish(
-        is_head,
-        a,
-        b,
-        inertia_add(a.phi22, b.phi11),
-        matrix6_transposed(a.phi12),
-        b.phi12,
-        force_sub(a.b2, b.b1),
-    );
-}
-
 // The force on the outboard part, given x and f2 at the ends of the whole.
 fn force_between(joined: Joined, x: Force, f2: Force) -> Force {
     let rest = force_sub(

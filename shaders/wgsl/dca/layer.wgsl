@@ -1,17 +1,13 @@
 // Several rounds of an assembly tree in one dispatch. Each workgroup takes parts of the tree that hang
 // together within these rounds, so that it need wait for no other.
 
-// Whether the rounds are gone through up, down, or both.
-override UP: u32 = 0u;
-override DOWN: u32 = 0u;
-
 const CHUNK = 0u;
 const JOIN = 1u;
 const SUM = 2u;
 
 fn run_round(start: u32, lane: u32, is_up: bool) {
     let first = words[start];
-    let count = words[start + 1u] - first;
+    let count = words[start + 2u] - first;
     let passes = (count + LANES - 1u) / LANES;
     for (var pass_ = 0u; pass_ < passes; pass_++) {
         let item = pass_ * LANES + lane;
@@ -36,16 +32,16 @@ fn main(
     if group >= layer.count {
         return;
     }
-    let starts = layer.starts + group * (layer.rounds + 1u);
-    if UP != 0u {
+    let starts = layer.starts + group * (2u * layer.rounds + 1u);
+    if (layer.ways & 1u) != 0u {
         for (var round = 0u; round < layer.rounds; round++) {
-            run_round(starts + round, lane, true);
+            run_round(starts + 2u * round, lane, true);
             storageBarrier();
         }
     }
-    if DOWN != 0u {
+    if (layer.ways & 2u) != 0u {
         for (var round = 0u; round < layer.rounds; round++) {
-            run_round(starts + layer.rounds - 1u - round, lane, false);
+            run_round(starts + 2u * (layer.rounds - 1u - round), lane, false);
             storageBarrier();
         }
     }

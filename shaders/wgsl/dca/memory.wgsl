@@ -33,6 +33,10 @@ struct Layer {
     rounds: u32,
     // First word of the table: for each workgroup where the items of its rounds start, and end.
     starts: u32,
+    // Whether the rounds are gone through up (1), down (2), or both (3).
+    ways: u32,
+    // The stage of an integrator, or what becomes of the state.
+    stage: u32,
 }
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;

@@ -1,141 +1,67 @@
-// Nodes of the tree and what joins keep, in memory.
+// Nodes of the tree and what joins keep, in memory. A record is contiguous, because several lanes share it.
+//
+// A node is Phi12 by rows, b1, b2, and the lower triangles of Phi11 and Phi22 by rows. What a join keeps is
+// Y_A, Y_B by columns, y, and the factor. What acts on it is x, f2, and the force between its parts.
 
 @group(0) @binding(8) var<storage, read> forces: array<chunk_real>;
 @group(0) @binding(9) var<storage, read_write> nodes: array<vec4<tree_real>>;
 
-// Starts of the arrays in `nodes`: nodes, what joins keep, what acts on them.
-fn node_count() -> u32 { return sizes.chunk_nodes + sizes.joins; }
-fn joined_at() -> u32 { return 23u * node_count(); }
-fn acting_at() -> u32 { return joined_at() + 25u * sizes.joins; }
+const NODE_SIZE = 23u;
+const JOINED_SIZE = 26u;
+// Where the factor starts in what a join keeps.
+const FACTOR = 20u;
+const ACTING_SIZE = 5u;
+
+fn node_at(index: u32) -> u32 { return NODE_SIZE * index; }
+
+fn joined_at(join: u32) -> u32 {
+    return NODE_SIZE * (sizes.chunk_nodes + sizes.joins) + JOINED_SIZE * join;
+}
+
+fn acting_at(join: u32) -> u32 { return joined_at(sizes.joins) + ACTING_SIZE * join; }
 
 // Starts of the arrays in `forces`: -g, the step in time, joint forces, pushes.
 const STEP_SIZE = 3u;
 const JOINT_FORCES = 4u;
 
-fn tree_put(at: u32, v: vec4<real>) { nodes[at] = vec4<tree_real>(v); }
-
-fn tree_get(at: u32) -> vec4<real> { return vec4<real>(nodes[at]); }
-
-fn tree_put4(at: u32, stride: u32, a: vec3<real>, b: vec3<real>, c: vec3<real>, d: vec3<real>) {
-    tree_put(at, vec4<real>(a, d.x));
-    tree_put(at + stride, vec4<real>(b, d.y));
-    tree_put(at + 2u * stride, vec4<real>(c, d.z));
+fn tree_put(at: u32, x: real, y: real, z: real, w: real) {
+    nodes[at] = vec4<tree_real>(vec4<real>(x, y, z, w));
 }
 
-fn tree_get4(at: u32, stride: u32) -> Four {
-    let a = tree_get(at);
-    let b = tree_get(at + stride);
-    let c = tree_get(at + 2u * stride);
-    return Four(a.xyz, b.xyz, c.xyz, vec3<real>(a.w, b.w, c.w));
+fn tree_put_vectors(at: u32, v: vec3<real>, w: vec3<real>, x: vec3<real>, y: vec3<real>) {
+    tree_put(at, v.x, v.y, v.z, w.x);
+    tree_put(at + 1u, w.y, w.z, x.x, x.y);
+    tree_put(at + 2u, x.z, y.x, y.y, y.z);
 }
+
 
 fn put_node(index: u32, node: Node) {
-    let n = node_count();
+    let at = node_at(index);
+    let a = transpose(node.phi12.aa);
+    let b = transpose(node.phi12.al);
+    let c = transpose(node.phi12.la);
+    let d = transpose(node.phi12.ll);
+    tree_put_vectors(at, a[0], b[0], a[1], b[1]);
+    tree_put_vectors(at + 3u, a[2], b[2], c[0], d[0]);
+    tree_put_vectors(at + 6u, c[1], d[1], c[2], d[2]);
+    let b1 = node.b1;
+    let b2 = node.b2;
+    tree_put_vectors(at + 9u, b1.angular, b1.linear, b2.angular, b2.linear);
     let p = node.phi11;
-    let c = node.phi12;
-    let r = node.phi22;
-    tree_put4(index, n, p.angular.diagonal, p.angular.off, p.linear.diagonal, p.linear.off);
-    tree_put4(index + 3u * n, n, p.coupling[0], p.coupling[1], p.coupling[2], node.b1.angular);
-    tree_put4(index + 6u * n, n, c.aa[0], c.aa[1], c.aa[2], node.b1.linear);
-    tree_put4(index + 9u * n, n, c.al[0], c.al[1], c.al[2], node.b2.angular);
-    tree_put4(index + 12u * n, n, c.la[0], c.la[1], c.la[2], node.b2.linear);
-    tree_put4(index + 15u * n, n, c.ll[0], c.ll[1], c.ll[2], r.angular.diagonal);
-    tree_put4(index + 18u * n, n, r.coupling[0], r.coupling[1], r.coupling[2], r.angular.off);
-    tree_put(index + 21u * n, vec4<real>(r.linear.diagonal, 0.0));
-    tree_put(index + 22u * n, vec4<real>(r.linear.off, 0.0));
-}
-
-fn get_node(index: u32) -> Node {
-    let n = node_count();
-    let p = tree_get4(index, n);
-    let h = tree_get4(index + 3u * n, n);
-    let aa = tree_get4(index + 6u * n, n);
-    let al = tree_get4(index + 9u * n, n);
-    let la = tree_get4(index + 12u * n, n);
-    let ll = tree_get4(index + 15u * n, n);
-    let r = tree_get4(index + 18u * n, n);
-    return Node(
-        Inertia(Sym3(p.a, p.b), mat3x3<real>(h.a, h.b, h.c), Sym3(p.c, p.d)),
-        Matrix6(
-            mat3x3<real>(aa.a, aa.b, aa.c),
-            mat3x3<real>(al.a, al.b, al.c),
-            mat3x3<real>(la.a, la.b, la.c),
-            mat3x3<real>(ll.a, ll.b, ll.c),
-        ),
-        Inertia(
-            Sym3(ll.d, r.d),
-            mat3x3<real>(r.a, r.b, r.c),
-            Sym3(tree_get(index + 21u * n).xyz, tree_get(index + 22u * n).xyz),
-        ),
-        Force(h.d, aa.d),
-        Force(al.d, la.d),
-    );
-}
-
-fn put_joined(join: u32, joined: Joined) {
-    let at = joined_at() + join;
-    let n = sizes.joins;
-    let f = joined.factor;
-    let i = joined.inboard;
-    let o = joined.outboard;
-    tree_put4(at, n, f.angular.inverse, f.angular.lower, f.linear.inverse, f.linear.lower);
-    tree_put4(at + 3u * n, n, f.coupling[0], f.coupling[1], f.coupling[2], joined.bias.angular);
-    tree_put4(at + 6u * n, n, i.aa[0], i.aa[1], i.aa[2], joined.bias.linear);
-    tree_put4(at + 9u * n, n, i.al[0], i.al[1], i.al[2], o.aa[0]);
-    tree_put4(at + 12u * n, n, i.la[0], i.la[1], i.la[2], o.aa[1]);
-    tree_put4(at + 15u * n, n, i.ll[0], i.ll[1], i.ll[2], o.aa[2]);
-    tree_put4(at + 18u * n, n, o.al[0], o.al[1], o.al[2], o.la[0]);
-    tree_put4(at + 21u * n, n, o.ll[0], o.ll[1], o.ll[2], o.la[1]);
-    tree_put(at + 24u * n, vec4<real>(o.la[2], 0.0));
-}
-
-fn get_joined(join: u32) -> Joined {
-    let at = joined_at() + join;
-    let n = sizes.joins;
-    let f = tree_get4(at, n);
-    let h = tree_get4(at + 3u * n, n);
-    let aa = tree_get4(at + 6u * n, n);
-    let al = tree_get4(at + 9u * n, n);
-    let la = tree_get4(at + 12u * n, n);
-    let ll = tree_get4(at + 15u * n, n);
-    let o = tree_get4(at + 18u * n, n);
-    let l = tree_get4(at + 21u * n, n);
-    return Joined(
-        Cholesky6(
-            Cholesky3(f.a, f.b, true),
-            mat3x3<real>(h.a, h.b, h.c),
-            Cholesky3(f.c, f.d, true),
-            true,
-        ),
-        Matrix6(
-            mat3x3<real>(aa.a, aa.b, aa.c),
-            mat3x3<real>(al.a, al.b, al.c),
-            mat3x3<real>(la.a, la.b, la.c),
-            mat3x3<real>(ll.a, ll.b, ll.c),
-        ),
-        Matrix6(
-            mat3x3<real>(al.d, la.d, ll.d),
-            mat3x3<real>(o.a, o.b, o.c),
-            mat3x3<real>(o.d, l.d, tree_get(at + 24u * n).xyz),
-            mat3x3<real>(l.a, l.b, l.c),
-        ),
-        Force(h.d, aa.d),
-    );
-}
-
-// What acts on a join: x and f2 at its ends, and the force on its outboard part where the two meet.
-struct Acting {
-    x: Force,
-    f2: Force,
-    force: Force,
-}
-
-fn put_acting(join: u32, acting: Acting) {
-    let at = acting_at() + join;
-    let n = sizes.joins;
-    tree_put4(at, n, acting.x.angular, acting.x.linear, acting.f2.angular, acting.f2.linear);
-    tree_put(at + 3u * n, vec4<real>(acting.force.angular, 0.0));
-    tree_put(at + 4u * n, vec4<real>(acting.force.linear, 0.0));
+    let h = p.coupling;
+    let q = node.phi22;
+    let k = q.coupling;
+    tree_put(at + 12u, p.angular.diagonal.x, p.angular.off.z, p.angular.diagonal.y, p.angular.off.y);
+    tree_put(at + 13u, p.angular.off.x, p.angular.diagonal.z, h[0].x, h[1].x);
+    tree_put(at + 14u, h[2].x, p.linear.diagonal.x, h[0].y, h[1].y);
+    tree_put(at + 15u, h[2].y, p.linear.off.z, p.linear.diagonal.y, h[0].z);
+    tree_put(at + 16u, h[1].z, h[2].z, p.linear.off.y, p.linear.off.x);
+    tree_put(at + 17u, p.linear.diagonal.z, q.angular.diagonal.x, q.angular.off.z, q.angular.diagonal.y);
+    tree_put(at + 18u, q.angular.off.y, q.angular.off.x, q.angular.diagonal.z, k[0].x);
+    tree_put(at + 19u, k[1].x, k[2].x, q.linear.diagonal.x, k[0].y);
+    tree_put(at + 20u, k[1].y, k[2].y, q.linear.off.z, q.linear.diagonal.y);
+    tree_put(at + 21u, k[0].z, k[1].z, k[2].z, q.linear.off.y);
+    tree_put(at + 22u, q.linear.off.x, q.linear.diagonal.z, 0.0, 0.0);
 }
 
 // x and f2.
@@ -146,14 +72,29 @@ struct Ends {
 
 // What acts at the ends of a part whose parent is known.
 fn handed(parent: u32) -> Ends {
-    let at = acting_at() + (parent >> 1u);
-    let n = sizes.joins;
-    let force = Force(tree_get(at + 3u * n).xyz, tree_get(at + 4u * n).xyz);
-    let four = tree_get4(at, n);
+    let at = acting_at(parent >> 1u);
+    let a = vec4<real>(nodes[at]);
+    let b = vec4<real>(nodes[at + 1u]);
+    let c = vec4<real>(nodes[at + 2u]);
+    let d = vec4<real>(nodes[at + 3u]);
+    let e = vec4<real>(nodes[at + 4u]);
+    let force = Force(d.xyz, vec3<real>(d.w, e.xy));
     if (parent & 1u) == 0u {
-        return Ends(Force(four.a, four.b), force_scaled(force, -1.0));
+        return Ends(
+            Force(a.xyz, vec3<real>(a.w, b.xy)),
+            force_scaled(force, -1.0),
+        );
     }
-    return Ends(force, Force(four.c, four.d));
+    return Ends(force, Force(vec3<real>(b.zw, c.x), c.yzw));
+}
+
+fn put_acting(join: u32, ends: Ends, force: Force) {
+    let at = acting_at(join);
+    let x = ends.x;
+    let f2 = ends.f2;
+    tree_put_vectors(at, x.angular, x.linear, f2.angular, f2.linear);
+    tree_put(at + 3u, force.angular.x, force.angular.y, force.angular.z, force.linear.x);
+    tree_put(at + 4u, force.linear.y, force.linear.z, 0.0, 0.0);
 }
 
 // The acceleration a1 that a path's head hangs from.

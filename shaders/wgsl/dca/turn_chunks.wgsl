@@ -6,11 +6,10 @@ const LANES = 64u;
 const KEEP = 0u;
 const COMMIT = 1u;
 const RESTORE = 2u;
-override MODE: u32 = 0u;
 
 fn run_chunk(chunk: u32) {
     let has_failed = atomicLoad(&status[0]) != 0u;
-    if MODE == COMMIT {
+    if layer.stage == COMMIT {
         // What the first lane writes below is one of these two whenever it is read elsewhere.
         if has_failed || control[HALTED] != 0u {
             if chunk == 0u {
@@ -22,7 +21,7 @@ fn run_chunk(chunk: u32) {
             control[STEPS] += 1u;
         }
     }
-    if MODE != KEEP {
+    if layer.stage != KEEP {
         let slots = slots_of(chunk);
         for (var place = 0u; place < slots.length; place++) {
             copy_joint(slot_at(slots, place));
@@ -51,7 +50,7 @@ fn copy_joint(slot: u32) {
 }
 
 fn copy_number(start: u32, work: u32) {
-    if MODE == COMMIT {
+    if layer.stage == COMMIT {
         state[start] = state[work];
     } else {
         state[work] = state[start];

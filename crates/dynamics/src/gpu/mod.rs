@@ -23,11 +23,7 @@
 //! ```
 
 mod batch;
-mod engine;
-mod layers;
-mod scalar;
-mod simulation;
-mod tables;
+mod dca;
 
 pub use batch::{Batch, BatchOptions};
-pub use simulation::{Options, PoseBuffer, Simulation};
+pub use dca::{Options, PoseBuffer, Simulation};

@@ -90,6 +90,7 @@ pub struct Simulation {
     /// Steps since the device's count was last reset.
     taken: u32,
     gpu_time: Option<f64>,
+    dispatch_times: Vec<(String, f64)>,
 }
 
 impl Simulation {
@@ -128,6 +129,7 @@ impl Simulation {
             turned: false,
             taken: 0,
             gpu_time: None,
+            dispatch_times: Vec::new(),
             model: model.clone(),
             tables,
         };
@@ -262,7 +264,13 @@ impl Simulation {
                 break;
             };
             match pending.wait() {
-                Ok(output) => self.gpu_time = output.gpu_time(),
+                Ok(output) => {
+                    self.gpu_time = output.gpu_time();
+                    self.dispatch_times.clear();
+                    let times = output.dispatch_times();
+                    let times = times.into_iter().map(|(label, time)| (label.to_owned(), time));
+                    self.dispatch_times.extend(times);
+                }
                 Err(error) => {
                     failure = Some(engine::gravest(error)?);
                     break;
@@ -386,6 +394,14 @@ impl Simulation {
     #[must_use]
     pub const fn gpu_time(&self) -> Option<f64> {
         self.gpu_time
+    }
+
+    /// Kernel and time \[s\] of each dispatch of the latest run of steps, if they were taken one by
+    /// one.
+    #[must_use]
+    pub fn dispatch_times(&self) -> Vec<(&str, f64)> {
+        let times = self.dispatch_times.iter();
+        times.map(|(label, time)| (label.as_str(), *time)).collect()
     }
 
     /// Dispatches of a single step, poses included.

@@ -177,9 +177,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
     pub(super) fn read_control(&mut self, tables: &Tables) -> Result<Vec<u32>, Error> {
         let ready = self.ready(tables, Task::ReadControl)?;
         let output: Output = ready.program.run()?.wait()?;
-        ready
-            .control
-            .map_or(Ok(Vec::new()), |slot| output.read(slot))
+        ready.control.map_or(Ok(Vec::new()), |slot| output.read(slot))
     }
 
     fn ready(&mut self, tables: &Tables, task: Task) -> Result<&Ready<T>, Error> {
@@ -210,7 +208,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
         };
         match task {
             Task::Steps(integrator, count) => recorder.steps(integrator, count),
-            Task::Accelerations => recorder.solve(Advance::None),
+            Task::Accelerations => recorder.solve(Advance::None, 0),
             Task::Restore => recorder.turn(Commit::Restore),
             Task::ReadState => {
                 recording.download(slots.state);
@@ -285,17 +283,13 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         for _ in 0..count {
             match integrator {
                 Integrator::SemiImplicitEuler => {
-                    self.solve(Advance::Euler);
+                    self.solve(Advance::Euler, 0);
                     self.turn_parts(Commit::Step);
                 }
                 Integrator::RungeKutta4 => {
                     for stage in 0..4 {
-                        self.solve(Advance::RungeKutta(stage));
-                        let commit = if stage == 3 {
-                            Commit::Step
-                        } else {
-                            Commit::Keep
-                        };
+                        self.solve(Advance::RungeKutta, stage);
+                        let commit = if stage == 3 { Commit::Step } else { Commit::Keep };
                         self.turn_parts(commit);
                     }
                 }
@@ -311,36 +305,50 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
     }
 
     fn turn_parts(&mut self, commit: Commit) {
-        let (dca, chunks) = (self.dca, self.tables.sizes.chunks);
-        self.chunks(&dca.turn_chunks(commit), chunks, Self::motion);
-        self.layers(&self.tables.turn, Self::motion, |way, _| {
-            dca.turn_parts(way)
-        });
+        let (dca, count) = (self.dca, self.tables.sizes.chunks);
+        let layer = Layer {
+            count,
+            stage: commit as u32,
+            ..Layer::default()
+        };
+        self.chunks(&dca.turn_chunks(), layer, Self::motion);
+        self.layers(&self.tables.turn, 0, Self::motion, |_| dca.turn_parts());
     }
 
     fn place(&mut self) {
-        self.chunks(&self.dca.place_chunks(), self.tables.leading, Self::motion);
+        let layer = self.leading(0);
+        self.chunks(&self.dca.place_chunks(), layer, Self::motion);
     }
 
-    fn solve(&mut self, advance: Advance) {
-        let (dca, leading) = (self.dca, self.tables.leading);
+    fn solve(&mut self, advance: Advance, stage: u32) {
+        let (dca, leading) = (self.dca, self.leading(stage));
         self.chunks(&dca.assemble_chunks(), leading, Self::dynamics);
-        self.layers(&self.tables.work, Self::dynamics, |way, layer| {
+        self.layers(&self.tables.work, stage, Self::dynamics, |layer| {
             if layer.mixed {
-                dca.work_parts(way, advance)
+                dca.work_parts(advance)
             } else {
-                dca.join_parts(way)
+                dca.join_parts()
             }
         });
         self.chunks(&dca.solve_chunks(advance), leading, Self::dynamics);
+    }
+
+    /// The chunks of the first round.
+    fn leading(&self, stage: u32) -> Layer {
+        Layer {
+            count: self.tables.leading,
+            stage,
+            ..Layer::default()
+        }
     }
 
     /// Up and down again over the layers of rounds.
     fn layers(
         &mut self,
         layers: &[Layered],
+        stage: u32,
         buffers: impl Fn(&Self, Slot<Layer>) -> Vec<AnySlot>,
-        kernel: impl Fn(Way, &Layered) -> Kernel,
+        kernel: impl Fn(&Layered) -> Kernel,
     ) {
         let Some((top, lower)) = layers.split_last() else {
             return;
@@ -352,12 +360,13 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                 count: layer.groups,
                 rounds: layer.rounds,
                 starts: layer.starts,
+                ways: way as u32,
+                stage,
             };
             let uniform = self.recording.buffer_from("layer", &[content]);
             let buffers = buffers(self, uniform);
             let groups = workgroups(layer.groups, 1);
-            self.recording
-                .dispatch(&kernel(way, layer), &buffers, groups);
+            self.recording.dispatch(&kernel(layer), &buffers, groups);
         }
     }
 
@@ -365,18 +374,13 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
     fn chunks(
         &mut self,
         kernel: &Kernel,
-        count: u32,
+        layer: Layer,
         buffers: impl Fn(&Self, Slot<Layer>) -> Vec<AnySlot>,
     ) {
-        let content = Layer {
-            count,
-            ..Layer::default()
-        };
-        let uniform = self.recording.buffer_from("layer", &[content]);
+        let uniform = self.recording.buffer_from("layer", &[layer]);
         let [lanes, ..] = kernel.workgroup_size();
         let buffers = buffers(self, uniform);
-        self.recording
-            .dispatch(kernel, &buffers, workgroups(count, lanes));
+        self.recording.dispatch(kernel, &buffers, workgroups(layer.count, lanes));
     }
 
     fn motion(&self, layer: Slot<Layer>) -> Vec<AnySlot> {

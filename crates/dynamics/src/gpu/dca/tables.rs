@@ -4,13 +4,13 @@
 //! place in the chunk first, so that lanes that work on neighbouring chunks read neighbouring
 //! memory, and nothing is padded.
 
-use super::layers::{Item, Layered, Rounds};
+use super::layers::{Item, Layered, Rounds, Width};
 use crate::dca::plan::{Inboard, Outboard, Parent, Part, Plan, Raked};
 use crate::link::Kind;
 use core::ops::Range;
 use glam::DQuat;
 use vertebra_assembly::Model;
-use vertebra_shaders::dca::{Sizes, TURN_LANES, WORK_LANES};
+use vertebra_shaders::dca::{Sizes, TEAM, TURN_LANES, WORK_LANES};
 use vertebra_spatial::Mat3;
 
 /// No number.
@@ -101,8 +101,18 @@ impl Tables {
             ..tables.sizes
         };
         let rounds = rounds(plan, &order, &rakes);
-        tables.work = rounds.layers(WORK_LANES as usize, WORK_ROUNDS, &mut tables.words);
-        tables.turn = rounds.layers(TURN_LANES as usize, TURN_ROUNDS, &mut tables.words);
+        let work = Width {
+            lanes: WORK_LANES as usize,
+            join: TEAM as usize,
+            rounds: WORK_ROUNDS,
+        };
+        let turn = Width {
+            lanes: TURN_LANES as usize,
+            join: 1,
+            rounds: TURN_ROUNDS,
+        };
+        tables.work = rounds.layers(&work, &mut tables.words);
+        tables.turn = rounds.layers(&turn, &mut tables.words);
         tables
     }
 
@@ -271,7 +281,7 @@ impl Tables {
     /// Numbers of four in the memory of nodes.
     pub(super) fn nodes_len(&self) -> usize {
         let s = &self.sizes;
-        s.chunk_nodes as usize * 23 + s.joins as usize * (23 + 25 + 5)
+        s.chunk_nodes as usize * 23 + s.joins as usize * (23 + 26 + 5)
     }
 
     /// Where the state that is worked on ends, and accelerations begin.

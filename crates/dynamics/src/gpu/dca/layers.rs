@@ -5,6 +5,7 @@
 //! workgroup is wide enough for all that is left, one does the rest.
 
 use super::tables::small;
+use core::ops::Range;
 use vertebra_shaders::dca::item;
 
 /// What is done in a round.
@@ -24,6 +25,25 @@ pub(super) struct Rounds {
     items: Vec<Vec<(Item, usize)>>,
     /// What items need, one after the other, by numbers.
     needs: Vec<u32>,
+}
+
+/// What a workgroup has room for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Width {
+    pub(super) lanes: usize,
+    /// Lanes that a join takes; other items take one.
+    pub(super) join: usize,
+    /// Rounds that it goes through at most where there are others.
+    pub(super) rounds: usize,
+}
+
+impl Width {
+    fn of(&self, item: Item) -> usize {
+        match item {
+            Item::Join(_) => self.join,
+            Item::Chunk(_) | Item::Sum(_) => 1,
+        }
+    }
 }
 
 /// A dispatch.
@@ -69,87 +89,96 @@ impl Rounds {
         }
     }
 
-    /// The rounds after the first in dispatches of at most `most` rounds each, but for the last,
-    /// which takes all that `lanes` are enough for. Their tables are added to `words`.
-    pub(super) fn layers(&self, lanes: usize, most: usize, words: &mut Vec<u32>) -> Vec<Layered> {
+    /// The rounds after the first in dispatches of a few rounds each, but for the last, which takes
+    /// all that one workgroup is wide enough for. Their tables are added to `words`.
+    pub(super) fn layers(&self, width: &Width, words: &mut Vec<u32>) -> Vec<Layered> {
         let end = self.items.len();
-        let wide = |round: &usize| self.items[*round].len() > lanes;
+        let wide = |round: &usize| {
+            let items = self.items[*round].iter();
+            items.map(|&(item, _)| width.of(item)).sum::<usize>() > width.lanes
+        };
         let top = (1..end).rev().find(wide).map_or(1, |round| round + 1);
         let mut layers = Vec::new();
-        let count = (top - 1).div_ceil(most);
+        let count = (top - 1).div_ceil(width.rounds);
         for layer in 0..count {
             let bound = |layer: usize| 1 + (top - 1) * layer / count;
-            layers.push(self.layer(bound(layer)..bound(layer + 1), lanes, words));
+            layers.push(self.layer(bound(layer)..bound(layer + 1), width, words));
         }
         if top < end {
-            layers.push(self.layer(top..end, lanes, words));
+            layers.push(self.layer(top..end, width, words));
         }
         layers
     }
 
-    fn layer(
-        &self,
-        rounds: core::ops::Range<usize>,
-        lanes: usize,
-        words: &mut Vec<u32>,
-    ) -> Layered {
-        let items: Vec<(usize, Item)> = (rounds.clone())
-            .flat_map(|round| {
-                self.items[round]
-                    .iter()
-                    .map(move |&(item, _)| (round, item))
-            })
-            .collect();
-        let parts = self.parts(&rounds);
-        let mut by_part: Vec<(usize, usize, Item)> = items
-            .iter()
-            .map(|&(round, item)| (parts.root(self.number(item)), round, item))
-            .collect();
-        // A stable sort: items of a part stay in the order of their rounds.
-        by_part.sort_by_key(|&(part, ..)| part);
-        let mut groups: Vec<Vec<Vec<Item>>> = Vec::new();
-        let empty = || vec![Vec::new(); rounds.len()];
-        let mut group = empty();
-        for part in by_part.chunk_by(|a, b| a.0 == b.0) {
-            let mut widths: Vec<usize> = group.iter().map(Vec::len).collect();
-            for &(_, round, _) in part {
-                widths[round - rounds.start] += 1;
-            }
-            let is_empty = group.iter().all(Vec::is_empty);
-            if !is_empty && widths.iter().any(|&width| width > lanes) {
-                groups.push(core::mem::replace(&mut group, empty()));
-            }
-            for &(_, round, item) in part {
-                group[round - rounds.start].push(item);
-            }
-        }
-        groups.push(group);
+    fn layer(&self, rounds: Range<usize>, width: &Width, words: &mut Vec<u32>) -> Layered {
+        let groups = self.groups(&rounds, width);
+        let others = |item: &&Item| !matches!(item, Item::Join(_));
+        let joins = |item: &&Item| matches!(item, Item::Join(_));
         let layered = Layered {
             groups: small(groups.len()),
             rounds: small(rounds.len()),
             starts: small(words.len()),
-            mixed: !items.iter().all(|(_, item)| matches!(item, Item::Join(_))),
+            mixed: groups.iter().flatten().flatten().any(|item| others(&item)),
         };
-        let table = groups.len() * (rounds.len() + 1);
-        let mut at = words.len() + table;
+        let mut at = words.len() + groups.len() * (2 * rounds.len() + 1);
         for group in &groups {
             words.push(small(at));
             for round in group {
-                at += round.len();
+                at += round.iter().filter(others).count();
+                words.push(small(at));
+                at += round.iter().filter(joins).count();
                 words.push(small(at));
             }
         }
-        let items = groups.iter().flatten().flatten();
-        words.extend(items.map(|&item| match item {
-            Item::Chunk(chunk) => small(chunk) << 2 | item::CHUNK,
-            Item::Join(join) => small(join) << 2 | item::JOIN,
-            Item::Sum(sum) => small(sum) << 2 | item::SUM,
-        }));
+        for round in groups.iter().flatten() {
+            let items = round.iter().filter(others).chain(round.iter().filter(joins));
+            words.extend(items.map(|&item| match item {
+                Item::Chunk(chunk) => small(chunk) << 2 | item::CHUNK,
+                Item::Join(join) => small(join) << 2 | item::JOIN,
+                Item::Sum(sum) => small(sum) << 2 | item::SUM,
+            }));
+        }
         layered
     }
 
+    /// For each workgroup, the items of each of some rounds.
+    fn groups(&self, rounds: &Range<usize>, width: &Width) -> Vec<Vec<Vec<Item>>> {
+        let parts = self.parts(rounds);
+        let mut by_part: Vec<(usize, usize, Item)> = Vec::new();
+        for round in rounds.clone() {
+            let items = self.items[round].iter();
+            by_part.extend(items.map(|&(item, _)| {
+                (parts.root(self.number(item)), round - rounds.start, item)
+            }));
+        }
+        // A stable sort: items of a part stay in the order of their rounds.
+        by_part.sort_by_key(|&(part, ..)| part);
+        let empty = || vec![Vec::new(); rounds.len()];
+        let (mut groups, mut group) = (Vec::new(), empty());
+        let mut taken = vec![0; rounds.len()];
+        for part in by_part.chunk_by(|a, b| a.0 == b.0) {
+            let mut own = vec![0; rounds.len()];
+            for &(_, round, item) in part {
+                own[round] += width.of(item);
+            }
+            let is_full = taken.iter().zip(&own).any(|(a, b)| a + b > width.lanes);
+            if is_full && taken.iter().any(|&taken| taken > 0) {
+                groups.push(core::mem::replace(&mut group, empty()));
+                taken.fill(0);
+            }
+            for (taken, own) in taken.iter_mut().zip(own) {
+                *taken += own;
+            }
+            for &(_, round, item) in part {
+                group[round].push(item);
+            }
+        }
+        groups.push(group);
+        groups
+    }
+
     /// Which items of some rounds hang together within these.
-    fn parts(&self, rounds: &core::ops::Range<usize>) -> Parts {
+    fn parts(&self, rounds: &Range<usize>) -> Parts {
         let mut within = vec![false; self.node_count()];
         for &(item, _) in self.items[rounds.clone()].iter().flatten() {
             within[self.number(item)] = true;
