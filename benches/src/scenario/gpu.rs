@@ -1,10 +1,11 @@
-//! The scenario `gpu`: what dispatches cost, and how fast the primitives are, by timestamps on the
+//! The scenario `gpu`: what dispatches cost, how fast the primitives are, and triangle collision, by timestamps on the
 //! device; every result is compared with the CPU's.
 
 mod bare;
+mod collision;
 mod rows;
 
-use super::{Measurement, Meter, Selection};
+use super::{Measurement, Meter, Selection, meshes};
 use crate::measure::Timing;
 use crate::row::Row;
 use crate::suite::gpu;
@@ -24,6 +25,7 @@ const SHORT_LENGTH: usize = 1_000_000;
 /// A device that is measured.
 pub struct Subject {
     device: Device,
+    meshes: Vec<meshes::Subject>,
 }
 
 impl Subject {
@@ -38,7 +40,8 @@ impl Subject {
             Err(_) => return Ok(None),
         };
         let real = device.info().device_type != DeviceType::Cpu;
-        Ok((named || real).then_some(Self { device }))
+        let meshes = meshes::subjects()?;
+        Ok((named || real).then_some(Self { device, meshes }))
     }
 
     /// The rows that are asked for.
@@ -82,6 +85,7 @@ impl Subject {
                 }
             }
         }
+        list.extend(collision::measurements(&self.device, &self.meshes, selection));
         list
     }
 }

@@ -1,6 +1,7 @@
 //! The checks of a GPU: primitives against the CPU, the runtime, and what happens when things go
 //! wrong. They run on any device, a software one too.
 
+mod collision;
 mod faults;
 mod primitives;
 pub(crate) mod runtime;
@@ -44,6 +45,11 @@ pub const CHECKS: &[GpuCheck] = &[
     check("nan_in_data", stages::nan_in_data),
     check("nan_made_on_the_device", stages::nan_made_on_the_device),
     check("failed_stage", stages::failed_stage),
+    check("collision_gold", collision::gold),
+    check("collision_hard", collision::hard),
+    check("collision_large", collision::large),
+    check("collision_queues_grow", collision::queues_grow),
+    check("collision_moved", collision::moved),
 ];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
