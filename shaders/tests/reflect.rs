@@ -10,7 +10,7 @@ use std::mem::{offset_of, size_of};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, StorageAccess, TypeInner};
 use vertebra_gpu::{Access, Binding, Kernel, wgpu::Features};
-use vertebra_shaders::collision::{Levels, Mesh, Places, Sizes, Tree};
+use vertebra_shaders::collision::{Bodies, Levels, Mesh, Places, Sizes, Tolerance, Tree};
 use vertebra_shaders::{Bins, KERNELS, Numbers, Pass, Range};
 
 fn parse(name: &str, kernel: &Kernel) -> Module {
@@ -148,6 +148,8 @@ fn structs_are_laid_out_alike_on_both_sides() {
         fields!(Sizes: jobs, groups, queue),
         fields!(Places: queue, hits, undecided, undecided_at, answer, answer_a, row, rows),
         fields!(Mesh: triangles, root),
+        fields!(Tolerance: epsilon),
+        fields!(Bodies: jobs),
         fields!(Levels: children, children_at, parents, parents_at, grandparents, grandparents_at),
     ];
     // Without the words that fill up its alignment.
@@ -183,7 +185,7 @@ fn structs_are_laid_out_alike_on_both_sides() {
         }
     }
     host.dedup();
-    assert_eq!(host.len(), 9);
+    assert_eq!(host.len(), 11);
 }
 
 /// Lines that declare a variable without a type and give it a floating-point literal: it would be

@@ -8,7 +8,7 @@ use crate::suite::gold_meshes::wrong_pairs;
 use anyhow::Context;
 use std::time::Instant;
 use vertebra::collision::gpu::{Collider, Query, Statistics};
-use vertebra::glam::{DVec3, Vec3};
+use vertebra::glam::{DQuat, DVec3, Vec3};
 use vertebra::{Culling, Pose, TriangleMesh};
 use vertebra_gpu::wgpu::{DeviceType, Features};
 use vertebra_gpu::{Binding, Device, Kernel, Recording, workgroups};
@@ -162,7 +162,7 @@ fn moving(
     let (_meshes, query) = query(device, subject, culling)?;
     let pose = |step: u32| {
         let angle = 1e-3 * f64::from(step % 64);
-        let rotation = vertebra::glam::DQuat::from_rotation_y(angle);
+        let rotation = DQuat::from_rotation_y(angle);
         Pose::new(rotation, DVec3::new(angle, -angle, 0.5 * angle))
     };
     let mut query = Some(query);
