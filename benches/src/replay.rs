@@ -1,168 +1,83 @@
-//! Inputs of a computation in a file, so that what went wrong on one machine is studied on another.
+//! Computes what a [`Capture`] holds on both sides, so that what went wrong on one machine is studied
+//! on another.
 
-use crate::results::write_atomically;
 use crate::suite::gpu;
-use anyhow::{Context, ensure};
-use serde::{Deserialize, Serialize};
+use anyhow::Context;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
-use vertebra_gpu::Device;
+use std::path::Path;
+use vertebra_gpu::capture::Capture;
 use vertebra_gpu::twin::{Comparison, Named, Twin, Values};
+use vertebra_gpu::{Device, Failure};
 use vertebra_shaders::twins;
 
-/// Version of the format.
-const FORMAT: u32 = 1;
-
-/// What a replay file holds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Replay {
-    /// Version of the format.
-    pub format: u32,
-    /// Name of the twin that computes it on both sides.
-    pub recording: String,
-    /// The device it was computed on.
-    pub device: String,
-    /// The inputs.
-    pub inputs: Vec<Input>,
+/// What captures are of: each kind names its computations, and reads its inputs from a file.
+enum Computation {
+    /// A primitive, whose inputs are named arrays.
+    Primitive(&'static Twin),
 }
 
-/// A named array, bit for bit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Input {
-    /// Its name.
-    pub name: String,
-    /// `u32`, `f32` or `f64`.
-    pub r#type: String,
-    /// Hexadecimal digits of the elements, 8 or 16 each: JSON has no NaN.
-    pub bits: String,
-}
-
-impl Replay {
-    /// What a twin was given.
-    #[must_use]
-    pub fn new(twin: &Twin, device: &Device, inputs: Vec<Named>) -> Self {
-        Self {
-            format: FORMAT,
-            recording: twin.name.to_owned(),
-            device: device.description(),
-            inputs: inputs.iter().filter_map(Input::of).collect(),
-        }
-    }
-
-    /// The twin and its inputs.
-    fn open(&self) -> anyhow::Result<(&'static Twin, Vec<Named>)> {
-        ensure!(
-            self.format == FORMAT,
-            "the file has format {}, this program reads {FORMAT}",
-            self.format
-        );
-        let twin = twins::ALL.iter().find(|twin| twin.name == self.recording);
-        let twin = twin.with_context(|| format!("nothing is called `{}`", self.recording))?;
-        let inputs = self.inputs.iter().map(Input::values);
-        Ok((twin, inputs.collect::<anyhow::Result<_>>()?))
-    }
-}
-
-impl Input {
-    /// None of a type that files do not know.
-    fn of(named: &Named) -> Option<Self> {
-        let mut bits = String::new();
-        let r#type = match &named.values {
-            Values::U32(values) => {
-                values.iter().for_each(|x| _ = write!(bits, "{x:08x}"));
-                "u32"
-            }
-            Values::F32(values) => {
-                let words = values.iter().map(|x| x.to_bits());
-                words.for_each(|x| _ = write!(bits, "{x:08x}"));
-                "f32"
-            }
-            Values::F64(values) => {
-                let words = values.iter().map(|x| x.to_bits());
-                words.for_each(|x| _ = write!(bits, "{x:016x}"));
-                "f64"
-            }
-            _ => return None,
-        };
-        Some(Self {
-            name: named.name.clone(),
-            r#type: r#type.to_owned(),
-            bits,
+impl Computation {
+    fn of(capture: &Capture) -> anyhow::Result<Self> {
+        let name = &capture.computation;
+        let primitive = twins::ALL.iter().find(|twin| twin.name == name);
+        primitive.map(Self::Primitive).with_context(|| {
+            let names: Vec<_> = twins::ALL.iter().map(|twin| twin.name).collect();
+            format!(
+                "nothing is called `{name}`; there are: {}",
+                names.join(", ")
+            )
         })
     }
 
-    fn values(&self) -> anyhow::Result<Named> {
-        let context = || format!("input `{}`", self.name);
-        let values = match self.r#type.as_str() {
-            "u32" => Values::U32(elements(&self.bits, |bits| u32::from_str_radix(bits, 16))?),
-            "f32" => Values::F32(elements(&self.bits, |bits| {
-                u32::from_str_radix(bits, 16).map(f32::from_bits)
-            })?),
-            "f64" => Values::F64(elements(&self.bits, |bits| {
-                u64::from_str_radix(bits, 16).map(f64::from_bits)
-            })?),
-            other => anyhow::bail!("{}: `{other}` is none of u32, f32, f64", context()),
-        };
-        Ok(Named::new(&self.name, values))
+    /// Computes the inputs on the CPU and on a device.
+    fn compare(
+        &self,
+        capture: &Capture,
+        device: &Device,
+    ) -> anyhow::Result<(Vec<Comparison>, Vec<Failure>)> {
+        match self {
+            Self::Primitive(twin) => {
+                let inputs: Vec<Named> = capture.inputs()?;
+                for Named { name, values } in &inputs {
+                    println!("input {name}: {} elements", values.len());
+                }
+                Ok(twin.compare(device, &inputs)?)
+            }
+        }
     }
 }
 
-/// Elements of equally many digits.
-fn elements<T>(
-    bits: &str,
-    read: impl Fn(&str) -> Result<T, std::num::ParseIntError>,
-) -> anyhow::Result<Vec<T>> {
-    let width = 2 * size_of::<T>();
-    ensure!(
-        bits.len().is_multiple_of(width) && bits.is_ascii(),
-        "{} hexadecimal digits are no whole number of elements of {width}",
-        bits.len()
-    );
-    let starts = (0..bits.len()).step_by(width);
-    let read = |at| read(&bits[at..at + width]).context("not hexadecimal");
-    starts.map(read).collect()
-}
-
-/// Writes a failure beside other temporary files; returns where.
-///
-/// # Errors
-/// If it cannot be written.
-pub fn write_failure(replay: &Replay) -> anyhow::Result<PathBuf> {
-    // One file for each failure of a process.
-    static WRITTEN: AtomicU32 = AtomicU32::new(0);
-    let number = WRITTEN.fetch_add(1, Ordering::Relaxed);
-    let process = std::process::id();
-    let name = format!("vertebra-{}-{process}-{number}.json", replay.recording);
-    let path = std::env::temp_dir().join(name);
-    write_atomically(&path, &serde_json::to_vec(replay)?)?;
-    Ok(path)
+/// What is wrong with a comparison in a sentence; none if nothing is.
+#[must_use]
+pub fn fault(comparisons: &[Comparison], failures: &[Failure]) -> Option<String> {
+    let wrong = comparisons.iter().filter(|c| !c.passes()).map(|c| {
+        let first = c.first_difference.unwrap_or(0);
+        let Comparison { stage, error, .. } = c;
+        format!("stage {stage} is off by {error:e}, first at element {first}")
+    });
+    let failed = failures.iter().map(|failure| format!("{failure} failed"));
+    let all: Vec<String> = failed.chain(wrong).collect();
+    (!all.is_empty()).then(|| all.join("; "))
 }
 
 /// Computes a file's inputs on both sides and prints how they compare; returns whether they agree.
 /// The elements of the stage `dump` are printed, `rows` from the first that differs.
 ///
 /// # Errors
-/// If the file is no replay, there is no such stage, or no device.
+/// If the file is no capture, there is no such stage, or no device; if the device cannot compute it.
 pub fn replay(path: &Path, dump: Option<&str>, rows: usize) -> anyhow::Result<bool> {
-    let context = || path.display().to_string();
-    let text = std::fs::read(path).with_context(context)?;
-    let file: Replay = serde_json::from_slice(&text).with_context(context)?;
-    let (twin, inputs) = file.open().with_context(context)?;
+    let capture = Capture::read(path)?;
+    let computation = Computation::of(&capture).with_context(|| path.display().to_string())?;
     let device = gpu::device()?;
-    println!("{}: written on {}", file.recording, file.device);
+    println!("{}: written on {}", capture.computation, capture.device);
+    println!("because {}", capture.reason);
     println!("computed here on {}", device.description());
-    for Named { name, values } in &inputs {
-        println!("input {name}: {} elements", values.len());
-    }
-    let (comparisons, failures) = twin.compare(&device, &inputs)?;
+    let (comparisons, failures) = computation.compare(&capture, &device)?;
     for comparison in &comparisons {
         println!("{}", summary(comparison));
     }
     for failure in &failures {
-        println!("{failure} failed");
+        println!("FAIL  {failure}");
     }
     if let Some(stage) = dump {
         let names: Vec<_> = comparisons.iter().map(|c| c.stage.as_str()).collect();
@@ -171,7 +86,7 @@ pub fn replay(path: &Path, dump: Option<&str>, rows: usize) -> anyhow::Result<bo
             .with_context(|| format!("no stage `{stage}`; the stages are: {}", names.join(", ")))?;
         print!("{}", table(found, rows));
     }
-    Ok(failures.is_empty() && comparisons.iter().all(Comparison::passes))
+    Ok(fault(&comparisons, &failures).is_none())
 }
 
 fn summary(comparison: &Comparison) -> String {
@@ -212,47 +127,33 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_keep_every_bit() {
-        let inputs = vec![
-            Named::new("words", vec![0_u32, 7, u32::MAX]),
-            Named::new("singles", vec![1.5_f32, -0.0, f32::MIN_POSITIVE]),
-            Named::new("doubles", vec![f64::MAX, f64::INFINITY]),
-        ];
-        let file = Replay {
-            format: FORMAT,
-            recording: "scan".to_owned(),
-            device: "Test GPU".to_owned(),
-            inputs: inputs.iter().filter_map(Input::of).collect(),
-        };
-        let text = serde_json::to_string(&file).unwrap();
-        let read: Replay = serde_json::from_str(&text).unwrap();
-        assert_eq!(read, file);
-        assert_eq!(read.open().unwrap().1, inputs);
-        let nan = Input::of(&Named::new("nan", vec![f32::NAN])).unwrap();
-        assert_eq!(nan.bits, "7fc00000");
+    fn what_nothing_computes_is_refused_by_name() {
+        let capture = Capture::new("nothing", "", "", &()).unwrap();
+        let refusal = Computation::of(&capture).err().unwrap().to_string();
+        assert!(refusal.contains("`nothing`") && refusal.contains("scan_f32"));
+        let capture = Capture::new("sort", "", "", &()).unwrap();
+        assert!(Computation::of(&capture).is_ok());
     }
 
     #[test]
-    fn what_is_no_replay_is_refused_by_name() {
-        let file = |recording: &str, kind: &str, bits: &str| Replay {
-            format: FORMAT,
-            recording: recording.to_owned(),
-            device: String::new(),
-            inputs: vec![Input {
-                name: "data".to_owned(),
-                r#type: kind.to_owned(),
-                bits: bits.to_owned(),
-            }],
+    fn elements_stand_side_by_side_from_the_first_that_differs() {
+        let (cpu, gpu) = (vec![1.0_f32, 2.0, 3.0], vec![1.0_f32, f32::NAN, 3.0]);
+        let comparison = Comparison::new("sum", cpu.into(), gpu.into(), 0.0);
+        let text = table(&comparison, 5);
+        let rows: Vec<&str> = text.lines().skip(1).map(str::trim).collect();
+        let [wrong, right] = rows[..] else {
+            panic!("{text}");
         };
-        let refusal = |file: Replay| format!("{:#}", file.open().unwrap_err());
-        assert!(refusal(file("nothing", "u32", "")).contains("`nothing`"));
-        assert!(refusal(file("scan", "i8", "")).contains("`i8`"));
-        assert!(refusal(file("scan", "u32", "123")).contains("whole number"));
-        assert!(refusal(file("scan", "u32", "0000000g")).contains("hexadecimal"));
-        let newer = Replay {
-            format: 2,
-            ..file("scan", "u32", "")
-        };
-        assert!(refusal(newer).contains("format 2"));
+        assert!(
+            wrong.starts_with("1 ") && wrong.ends_with("NaN  *"),
+            "{wrong}"
+        );
+        assert!(right.starts_with("2 ") && !right.ends_with('*'), "{right}");
+        let sentence = fault(&[comparison], &[]).unwrap();
+        assert!(
+            sentence.contains("sum") && sentence.contains("element 1"),
+            "{sentence}"
+        );
+        assert_eq!(fault(&[], &[]), None);
     }
 }

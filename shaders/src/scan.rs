@@ -6,8 +6,9 @@
 use bytemuck::Pod;
 use vertebra_gpu::{Kernel, Recording, Slot, workgroups};
 
-use crate::kernels::{LOAD, Operator, REDUCE_TILES, SCAN_TILES, TILE};
-use crate::layout::Range;
+use crate::kernels::{LOAD, REDUCE_TILES, SCAN_TILES, TILE};
+use crate::operator::Operator;
+use crate::ranges::{Levels, length};
 
 /// Whether an element counts into its own sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,43 +57,76 @@ impl Scan {
         result: Slot<T>,
         kind: ScanKind,
     ) {
+        self.begin(recording, data, result, kind, None);
+    }
+
+    /// [`Scan::record`] of the first `count[0]` elements, a number that only the device need know;
+    /// a larger one than there are elements stands for all. The rest of `result` stays.
+    pub fn record_counted<T: Pod>(
+        &self,
+        recording: &mut Recording,
+        data: Slot<T>,
+        result: Slot<T>,
+        kind: ScanKind,
+        count: Slot<u32>,
+    ) {
+        self.begin(recording, data, result, kind, Some(count));
+    }
+
+    fn begin<T: Pod>(
+        &self,
+        recording: &mut Recording,
+        data: Slot<T>,
+        result: Slot<T>,
+        kind: ScanKind,
+        count: Option<Slot<u32>>,
+    ) {
         recording.scope("scan", |recording| {
-            let kernels = [&self.reduce, &self.scan];
-            self.level(recording, kernels, data, result, kind);
+            recording.require_same_len(data, result);
+            let len = length(recording, data);
+            let levels = Levels::record(recording, len, [TILE, 1], count);
+            self.record_level(recording, &levels, 0, data, result, kind);
         });
     }
 
-    /// One level of totals; there is another while they are more than a tile.
-    fn level<T: Pod>(
+    /// Records one level and, while its tiles are more than one, those of their totals.
+    pub(crate) fn record_level<T: Pod>(
         &self,
         recording: &mut Recording,
-        [reduce, scan]: [&Kernel; 2],
+        levels: &Levels,
+        level: u8,
         data: Slot<T>,
         result: Slot<T>,
         kind: ScanKind,
     ) {
-        let count = length(recording, data);
-        let tiles = count.div_ceil(TILE);
-        let range = recording.buffer_from("range", &[Range { count, tiles }]);
+        let tiles = levels.most.level[usize::from(level)].tiles;
+        if tiles == 0 {
+            return;
+        }
+        let number = recording.buffer_from("level", &[u32::from(level)]);
         let groups = workgroups(tiles, 1);
         let before = recording.buffer::<T>("before", tiles as usize);
         if tiles > 1 {
             let totals = recording.buffer::<T>("totals", tiles as usize);
-            recording.dispatch(reduce, &[range.any(), data.any(), totals.any()], groups);
-            let plain = [&self.plain_reduce, &self.plain_scan];
-            self.level(recording, plain, totals, before, ScanKind::Exclusive);
+            let buffers = [levels.slot.any(), number.any(), data.any(), totals.any()];
+            recording.dispatch(&self.reduce, &buffers, groups);
+            let totals_of = Self {
+                reduce: self.plain_reduce.clone(),
+                scan: self.plain_scan.clone(),
+                ..self.clone()
+            };
+            let kind = ScanKind::Exclusive;
+            totals_of.record_level(recording, levels, level + 1, totals, before, kind);
         }
-        if count > 0 {
-            let inclusive = u8::from(kind == ScanKind::Inclusive);
-            let kernel = scan.clone().constant("INCLUSIVE", inclusive);
-            let buffers = [range.any(), data.any(), before.any(), result.any()];
-            recording.dispatch(&kernel, &buffers, groups);
-        }
+        let inclusive = u8::from(kind == ScanKind::Inclusive);
+        let kernel = self.scan.clone().constant("INCLUSIVE", inclusive);
+        let buffers = [
+            levels.slot.any(),
+            number.any(),
+            data.any(),
+            before.any(),
+            result.any(),
+        ];
+        recording.dispatch(&kernel, &buffers, groups);
     }
-}
-
-/// Length of a buffer for kernels that count in words; a longer one is refused for its size.
-pub(crate) fn length<T>(recording: &Recording, slot: Slot<T>) -> u32 {
-    let len = recording.len(slot).unwrap_or(0);
-    u32::try_from(len).unwrap_or(u32::MAX)
 }

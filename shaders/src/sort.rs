@@ -7,9 +7,11 @@
 use vertebra_gpu::wgpu::Features;
 use vertebra_gpu::{Device, Kernel, Recording, Slot, workgroups};
 
-use crate::kernels::{Operator, SORT_COUNT, SORT_SCATTER, THREADS};
-use crate::layout::Pass;
-use crate::scan::{Scan, ScanKind, length};
+use crate::kernels::{SORT_COUNT, SORT_SCATTER, THREADS};
+use crate::layout::Digit;
+use crate::operator::Operator;
+use crate::ranges::{Levels, length};
+use crate::scan::{Scan, ScanKind};
 
 /// The lanes that find equal digits together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,7 +163,7 @@ impl Sort {
         let shape = |kernel: Kernel| kernel.with(part).with(rows.constants());
         let count = shape(SORT_COUNT).workgroup_memory_of(4 << rows.bits());
         let mut scatter = shape(SORT_SCATTER).workgroup_memory_of(workgroup_memory(rows, items));
-        for part in rows.parts() {
+        for &part in rows.parts() {
             scatter = scatter.with(part);
         }
         if rows != Rows::Lanes {
@@ -183,6 +185,9 @@ impl Sort {
 
     /// Records sorting `keys`, and `values` with them, by the lowest `key_bits` bits of the keys
     /// (32 at most); pairs with equal bits keep their order. Both buffers have the same length.
+    ///
+    /// A driver whose subgroups do not fill a workgroup fails the stage `sort`;
+    /// [`Sort::portable`] does without them.
     pub fn record(
         &self,
         recording: &mut Recording,
@@ -190,52 +195,83 @@ impl Sort {
         values: Slot<u32>,
         key_bits: u32,
     ) {
-        let count = length(recording, keys);
+        self.record_passes(recording, [keys, values], key_bits, None);
+    }
+
+    /// [`Sort::record`] of the first `count[0]` pairs, a number that only the device need know; a
+    /// larger one than there are pairs stands for all. The rest of both buffers stays.
+    pub fn record_counted(
+        &self,
+        recording: &mut Recording,
+        keys: Slot<u32>,
+        values: Slot<u32>,
+        key_bits: u32,
+        count: Slot<u32>,
+    ) {
+        self.record_passes(recording, [keys, values], key_bits, Some(count));
+    }
+
+    fn record_passes(
+        &self,
+        recording: &mut Recording,
+        pairs: [Slot<u32>; 2],
+        key_bits: u32,
+        count: Option<Slot<u32>>,
+    ) {
+        let len = length(recording, pairs[0]);
         let key_bits = key_bits.min(32);
         let bits = self.rows.bits();
         let passes = key_bits.div_ceil(bits);
-        if count < 2 || passes == 0 {
-            return;
-        }
         recording.scope("sort", |recording| {
-            let len = count as usize;
-            let mut from = [keys, values];
-            let mut to = ["keys", "values"].map(|name| recording.buffer::<u32>(name, len));
-            let tiles = count.div_ceil(self.tile);
-            let counts_len = (tiles as usize) << bits;
-            let counts = recording.buffer::<u32>("counts", counts_len);
-            let offsets = recording.buffer::<u32>("offsets", counts_len);
+            recording.require_same_len(pairs[0], pairs[1]);
+            if len < 2 || passes == 0 {
+                return;
+            }
+            let levels = Levels::record(recording, len, [self.tile, 1 << bits], count);
+            let tiles = levels.most.level[0].tiles;
+            let counts_len = levels.most.level[1].count as usize;
+            let [counts, offsets] =
+                ["counts", "offsets"].map(|name| recording.buffer::<u32>(name, counts_len));
+            let spare = ["keys", "values"].map(|name| recording.buffer(name, len as usize));
+            let (mut from, mut to) = (pairs, spare);
+            // The last pass writes the buffers given, and of those only what counts.
+            if passes % 2 == 1 {
+                std::mem::swap(&mut from, &mut to);
+                recording.copy(to[0], from[0]);
+                recording.copy(to[1], from[1]);
+            }
+            let status = recording.status();
+            let scatter = self
+                .scatter
+                .clone()
+                .constant("STAGE", recording.stage("sort"));
             for pass in 0..passes {
                 let shift = pass * bits;
-                let fields = Pass {
-                    count,
-                    tiles,
-                    shift,
-                    mask: (1 << bits.min(key_bits - shift)) - 1,
-                };
-                let fields = recording.buffer_from("pass", &[fields]);
+                let mask = (1 << bits.min(key_bits - shift)) - 1;
+                let digit = recording.buffer_from("digit", &[Digit { shift, mask }]);
                 let groups = workgroups(tiles, 1);
                 // Within a single tile the scatter counts by itself.
                 if tiles > 1 {
-                    let buffers = [fields.any(), from[0].any(), counts.any()];
+                    let buffers = [levels.slot.any(), digit.any(), from[0].any(), counts.any()];
                     recording.dispatch(&self.count, &buffers, groups);
-                    self.scan
-                        .record(recording, counts, offsets, ScanKind::Exclusive);
+                    let kind = ScanKind::Exclusive;
+                    recording.scope("scan", |recording| {
+                        self.scan
+                            .record_level(recording, &levels, 1, counts, offsets, kind);
+                    });
                 }
                 let buffers = [
-                    fields.any(),
+                    levels.slot.any(),
+                    digit.any(),
                     from[0].any(),
                     from[1].any(),
                     offsets.any(),
                     to[0].any(),
                     to[1].any(),
+                    status.any(),
                 ];
-                recording.dispatch(&self.scatter, &buffers, groups);
+                recording.dispatch(&scatter, &buffers, groups);
                 std::mem::swap(&mut from, &mut to);
-            }
-            if passes % 2 == 1 {
-                recording.copy(from[0], keys);
-                recording.copy(from[1], values);
             }
         });
     }

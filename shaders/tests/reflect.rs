@@ -8,10 +8,10 @@
 use std::mem::{offset_of, size_of};
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use naga::{AddressSpace, Module, StorageAccess, TypeInner};
+use naga::{AddressSpace, Handle, Module, StorageAccess, Type, TypeInner};
 use vertebra_gpu::{Access, Binding, Kernel, wgpu::Features};
-use vertebra_shaders::collision::{Bodies, Levels, Mesh, Places, Sizes, Tolerance, Tree};
-use vertebra_shaders::{Bins, KERNELS, Numbers, Pass, Range};
+use vertebra_shaders::collision::{Bodies, Job, Levels, Mesh, Places, Sizes, Tolerance, Tree};
+use vertebra_shaders::{Bins, Digit, KERNELS, Lengths, Range, Ranges};
 
 fn parse(name: &str, kernel: &Kernel) -> Module {
     let source = kernel.source();
@@ -71,7 +71,7 @@ fn bindings(module: &Module) -> Vec<(u32, String, Access, u32)> {
                 other => panic!("a binding in {other:?}"),
             };
             let stride = match module.types[variable.ty].inner {
-                TypeInner::Array { stride, .. } => stride,
+                TypeInner::Array { stride, .. } if access != Access::Uniform => stride,
                 _ => layouts[variable.ty].size,
             };
             let name = variable.name.clone().unwrap();
@@ -140,38 +140,33 @@ macro_rules! fields {
 
 #[test]
 fn structs_are_laid_out_alike_on_both_sides() {
-    let mut host = vec![
-        fields!(Range: count, tiles),
-        fields!(Pass: count, tiles, shift, mask),
+    let host = [
+        fields!(Range: count, tiles, unused),
+        fields!(Ranges: level),
+        fields!(Lengths: most, tile, per_tile, further_tile),
+        fields!(Digit: shift, mask),
         fields!(Bins: count, bins),
-        fields!(Numbers: count, words),
         fields!(Sizes: jobs, groups, queue),
         fields!(Places: queue, hits, undecided, undecided_at, answer, answer_a, row, rows),
         fields!(Mesh: triangles, root),
         fields!(Tolerance: epsilon),
         fields!(Bodies: jobs),
+        // Without the words that fill up their alignment.
+        fields!(Tree: top, levels),
+        fields!(
+            Job: rows, coordinate_error, edge_error, first_group, itself, a_first, a_blocks, b_first, b_blocks, a_pose,
+            b_pose
+        ),
         fields!(Levels: children, children_at, parents, parents_at, grandparents, grandparents_at),
     ];
-    // Without the words that fill up its alignment.
-    host.push((
-        "Tree",
-        size_of::<Tree>(),
-        vec![
-            ("top", offset_of!(Tree, top)),
-            ("levels", offset_of!(Tree, levels)),
-        ],
-    ));
+    let mut seen = std::collections::BTreeSet::new();
     for (name, kernel) in KERNELS.iter() {
         let module = parse(name, kernel);
-        for (_, variable) in module.global_variables.iter() {
-            if variable.space != AddressSpace::Uniform {
-                continue;
-            }
-            let ty = &module.types[variable.ty];
-            let TypeInner::Struct { members, span } = &ty.inner else {
+        for ty in shared_types(&module) {
+            let TypeInner::Struct { members, span } = &module.types[ty].inner else {
                 continue;
             };
-            let struct_name = ty.name.as_deref().unwrap();
+            let struct_name = module.types[ty].name.clone().unwrap();
             let (_, size, fields) = host
                 .iter()
                 .find(|(name, ..)| *name == struct_name)
@@ -182,32 +177,73 @@ fn structs_are_laid_out_alike_on_both_sides() {
                 .map(|member| (member.name.as_deref().unwrap(), member.offset as usize))
                 .collect();
             assert_eq!(&found, fields, "{struct_name}");
+            seen.insert(struct_name);
         }
     }
-    host.dedup();
-    assert_eq!(host.len(), 11);
+    let unseen = host.iter().filter(|(name, ..)| !seen.contains(*name));
+    assert_eq!(unseen.count(), 0, "only {seen:?} are in shaders");
+}
+
+/// The types of everything bound, and those inside them.
+fn shared_types(module: &Module) -> Vec<Handle<Type>> {
+    let bound = module.global_variables.iter();
+    let bound = bound.filter(|(_, variable)| variable.binding.is_some());
+    let mut types: Vec<_> = bound.map(|(_, variable)| variable.ty).collect();
+    let mut next = 0;
+    while let Some(&ty) = types.get(next) {
+        match &module.types[ty].inner {
+            TypeInner::Array { base, .. } => types.push(*base),
+            TypeInner::Struct { members, .. } => types.extend(members.iter().map(|m| m.ty)),
+            _ => {}
+        }
+        next += 1;
+    }
+    types
 }
 
 /// Lines that declare a variable without a type and give it a floating-point literal: it would be
 /// f32 even where `real` is f64.
 fn untyped_floats(source: &str) -> Vec<&str> {
-    let is_float = |word: &str| {
-        let (whole, rest) = word.split_once('.').unwrap_or(("", ""));
-        !whole.is_empty()
-            && whole.bytes().all(|b| b.is_ascii_digit())
-            && rest.bytes().all(|b| b.is_ascii_alphanumeric())
-    };
     let is_suspect = |line: &&str| {
-        let Some((left, right)) = line.split_once('=') else {
-            return false;
-        };
-        let declares = ["let ", "var ", "const "]
-            .iter()
-            .any(|word| left.trim_start().starts_with(word));
-        let separators = |c: char| !(c.is_ascii_alphanumeric() || c == '.');
-        declares && !left.contains(':') && right.split(separators).any(is_float)
+        let code = line.split_once("//").map_or(*line, |(code, _)| code);
+        let mut statements = code.split(['{', ';']);
+        statements.any(|statement| {
+            let statement = statement.trim_start().trim_start_matches("for (");
+            let declares = ["let ", "var ", "const "]
+                .iter()
+                .any(|word| statement.starts_with(word));
+            let Some((left, right)) = statement.split_once('=') else {
+                return false;
+            };
+            declares && !left.contains(':') && float_literals(right)
+        })
     };
     source.lines().filter(is_suspect).collect()
+}
+
+/// Whether there is a literal like `1.0`, `1.`, `.5`, `1e-3` or `2f` in an expression.
+fn float_literals(expression: &str) -> bool {
+    // A sign belongs to an exponent, else it parts words.
+    let text = expression.to_ascii_lowercase();
+    let mut words = vec![String::new()];
+    let mut last = ' ';
+    for c in text.chars() {
+        let in_exponent = "+-".contains(c) && last == 'e' && starts_number(words.last().unwrap());
+        if c.is_ascii_alphanumeric() || c == '.' || c == '_' || in_exponent {
+            words.last_mut().unwrap().push(c);
+        } else {
+            words.push(String::new());
+        }
+        last = c;
+    }
+    words.iter().any(|word| {
+        starts_number(word) && !word.starts_with("0x") && word.contains(['.', 'e', 'f', 'h'])
+    })
+}
+
+fn starts_number(word: &str) -> bool {
+    let digits = word.strip_prefix('.').unwrap_or(word);
+    digits.starts_with(|c: char| c.is_ascii_digit())
 }
 
 #[test]
@@ -215,8 +251,29 @@ fn no_float_is_declared_without_a_type() {
     for (name, kernel) in KERNELS.iter() {
         assert_eq!(untyped_floats(&kernel.source()), [""; 0], "{name}");
     }
-    // What the test is for: this holds the nearest f32, whatever `real` is.
-    let planted = "    let tenth = 0.1;\n    let fine: real = 0.1;\n    let word = 3u;";
-    assert_eq!(untyped_floats(planted), ["    let tenth = 0.1;"]);
-    assert_eq!(untyped_floats("var x = -2.5e3 * y;").len(), 1);
+    // What the test is for: these hold the nearest f32, whatever `real` is.
+    for planted in [
+        "    let tenth = 0.1;",
+        "let x = 1e-3;",
+        "let x = .5;",
+        "var x = -2.5e3 * y;",
+        "const HALF = 1. / 2.;",
+        "let x = 2f;",
+        "let x = a * 1E+3;",
+        "if wide { let x = 0.5; }",
+        "for (var x = 0.5; x < 2.0; x += 0.5) {",
+    ] {
+        assert_eq!(untyped_floats(planted), [planted]);
+    }
+    for fine in [
+        "let fine: real = 0.1;",
+        "let word = 3u;",
+        "let x = v.x + items[2].y;",
+        "let mask = 0x7f800000u;",
+        "let e3 = e2 - 1;",
+        "let x = y; // 0.5",
+        "x = 0.5 * y;",
+    ] {
+        assert_eq!(untyped_floats(fine), [""; 0]);
+    }
 }

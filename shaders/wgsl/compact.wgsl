@@ -1,6 +1,6 @@
 // Writes the values whose flag is not zero to the front, in their order, and how many they are.
 
-@group(0) @binding(0) var<uniform> range: Range;
+@group(0) @binding(0) var<uniform> ranges: Ranges;
 @group(0) @binding(1) var<storage, read> data: array<Element>;
 @group(0) @binding(2) var<storage, read> places: array<u32>;
 @group(0) @binding(3) var<storage, read> values: array<u32>;
@@ -13,15 +13,16 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    let count = ranges.level[0].count;
     let i = (group.y * groups.x + group.x) * 256u + lane;
-    if i >= range.count {
+    if i >= count {
         return;
     }
     let flag = load(i);
     if flag != 0u {
         kept[places[i]] = values[i];
     }
-    if i + 1u == range.count {
+    if i + 1u == count {
         kept_count[0] = places[i] + flag;
     }
 }

@@ -1,9 +1,10 @@
 // Combines the elements of each tile in their order: totals[tile] = data[first] + ... + data[last].
 // With `Element`, `identity`, `combine` (associative) and `load` of other parts.
 
-@group(0) @binding(0) var<uniform> range: Range;
-@group(0) @binding(1) var<storage, read> data: array<Element>;
-@group(0) @binding(2) var<storage, read_write> totals: array<Element>;
+@group(0) @binding(0) var<uniform> ranges: Ranges;
+@group(0) @binding(1) var<uniform> level: u32;
+@group(0) @binding(2) var<storage, read> data: array<Element>;
+@group(0) @binding(3) var<storage, read_write> totals: array<Element>;
 
 var<workgroup> partial: array<Element, THREADS>;
 
@@ -13,15 +14,14 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    let range = ranges.level[level];
     let tile = group.y * groups.x + group.x;
-    let first = tile * TILE + lane * ITEMS;
-    var total = identity();
-    for (var i = 0u; i < ITEMS; i++) {
-        if first + i < range.count {
-            total = combine(total, load(first + i));
-        }
+    // Of nothing there is one total all the same.
+    if tile >= max(range.tiles, 1u) {
+        return;
     }
-    partial[lane] = total;
+    var items: array<Element, ITEMS>;
+    partial[lane] = load_items(tile * TILE + lane * ITEMS, range.count, &items);
     // Neighbours join, so that the order is kept: the same tree on every device.
     for (var round = 0u; round < ROUNDS; round++) {
         let width = 1u << round;
@@ -32,7 +32,7 @@ fn main(
             partial[left] = combine(partial[left], partial[left + width]);
         }
     }
-    if lane == 0u && tile < range.tiles {
+    if lane == 0u {
         totals[tile] = partial[0];
     }
 }

@@ -3,10 +3,11 @@
 
 override INCLUSIVE: u32 = 0u;
 
-@group(0) @binding(0) var<uniform> range: Range;
-@group(0) @binding(1) var<storage, read> data: array<Element>;
-@group(0) @binding(2) var<storage, read> before: array<Element>;
-@group(0) @binding(3) var<storage, read_write> result: array<Element>;
+@group(0) @binding(0) var<uniform> ranges: Ranges;
+@group(0) @binding(1) var<uniform> level: u32;
+@group(0) @binding(2) var<storage, read> data: array<Element>;
+@group(0) @binding(3) var<storage, read> before: array<Element>;
+@group(0) @binding(4) var<storage, read_write> result: array<Element>;
 
 var<workgroup> partial: array<Element, THREADS>;
 
@@ -16,16 +17,14 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
+    let range = ranges.level[level];
     let tile = group.y * groups.x + group.x;
+    if tile >= range.tiles {
+        return;
+    }
     let first = tile * TILE + lane * ITEMS;
     var items: array<Element, ITEMS>;
-    var total = identity();
-    for (var i = 0u; i < ITEMS; i++) {
-        if first + i < range.count {
-            items[i] = load(first + i);
-            total = combine(total, items[i]);
-        }
-    }
+    var total = load_items(first, range.count, &items);
     // Hillis and Steele, "Data parallel algorithms", CACM 29(12), 1986: log2 rounds.
     partial[lane] = total;
     for (var round = 0u; round < ROUNDS; round++) {
@@ -43,7 +42,7 @@ fn main(
     // A single tile has nothing before it.
     var running = identity();
     if range.tiles > 1u {
-        running = before[min(tile, range.tiles - 1u)];
+        running = before[tile];
     }
     if lane > 0u {
         running = combine(running, partial[lane - 1u]);

@@ -7,12 +7,14 @@
 // (D. Merrill and A. Grimshaw, "High performance and scalable radix sorting", 2011; ranks by ballots
 // as A. Adinets and D. Merrill, "Onesweep", 2022.)
 
-@group(0) @binding(0) var<uniform> pass_: Pass;
-@group(0) @binding(1) var<storage, read> keys: array<u32>;
-@group(0) @binding(2) var<storage, read> values: array<u32>;
-@group(0) @binding(3) var<storage, read> offsets: array<u32>;
-@group(0) @binding(4) var<storage, read_write> sorted_keys: array<u32>;
-@group(0) @binding(5) var<storage, read_write> sorted_values: array<u32>;
+@group(0) @binding(0) var<uniform> ranges: Ranges;
+@group(0) @binding(1) var<uniform> digit: Digit;
+@group(0) @binding(2) var<storage, read> keys: array<u32>;
+@group(0) @binding(3) var<storage, read> values: array<u32>;
+@group(0) @binding(4) var<storage, read> offsets: array<u32>;
+@group(0) @binding(5) var<storage, read_write> sorted_keys: array<u32>;
+@group(0) @binding(6) var<storage, read_write> sorted_values: array<u32>;
+@group(0) @binding(7) var<storage, read_write> status: array<atomic<u32>>;
 
 // Equal digits of each row, two counts of 16 bits a word.
 var<workgroup> counters: array<atomic<u32>, ROWS * BINS / 2u>;
@@ -40,15 +42,19 @@ struct Peers {
     leader: u32,
 }
 
-fn counter(row: u32, digit: u32) -> u32 {
-    return row * (BINS / 2u) + digit / 2u;
+fn counter(row: u32, value: u32) -> u32 {
+    return row * (BINS / 2u) + value / 2u;
 }
 
-fn half_of(word: u32, digit: u32) -> u32 {
-    return word >> (16u * (digit & 1u)) & 0xffffu;
+fn half_of(word: u32, value: u32) -> u32 {
+    return word >> (16u * (value & 1u)) & 0xffffu;
 }
 
 fn sort_tile(row: Row, thread: u32, tile: u32) {
+    let range = ranges.level[0];
+    if tile >= range.tiles {
+        return;
+    }
     for (var i = thread; i < ROWS * (BINS / 2u); i += THREADS) {
         atomicStore(&counters[i], 0u);
     }
@@ -62,17 +68,17 @@ fn sort_tile(row: Row, thread: u32, tile: u32) {
     for (var i = 0u; i < ITEMS; i++) {
         let at = first + i * row.lanes;
         held[i] = 0xffffffffu;
-        if at < pass_.count {
+        if at < range.count {
             held[i] = keys[at];
         }
     }
     for (var i = 0u; i < ITEMS; i++) {
-        let digit = digit_of(held[i]);
-        let peers = find_peers(row, digit);
+        let value = digit_of(held[i]);
+        let peers = find_peers(row, value);
         var before = 0u;
         if row.lane == peers.leader {
-            let added = peers.count << (16u * (digit & 1u));
-            before = half_of(atomicAdd(&counters[counter(row.number, digit)], added), digit);
+            let added = peers.count << (16u * (value & 1u));
+            before = half_of(atomicAdd(&counters[counter(row.number, value)], added), value);
         }
         places[i] = from_leader(before, peers.leader) + peers.before;
     }
@@ -118,8 +124,8 @@ fn sort_tile(row: Row, thread: u32, tile: u32) {
         starts[thread] = start - own;
         // A single tile is sorted where it stands.
         shifts[thread] = 0u;
-        if pass_.tiles > 1u {
-            let offset = offsets[thread * pass_.tiles + min(tile, pass_.tiles - 1u)];
+        if range.tiles > 1u {
+            let offset = offsets[thread * range.tiles + tile];
             shifts[thread] = offset - (start - own);
         }
     }
@@ -127,14 +133,14 @@ fn sort_tile(row: Row, thread: u32, tile: u32) {
     workgroupBarrier();
 
     for (var i = 0u; i < ITEMS; i++) {
-        let digit = digit_of(held[i]);
-        let rows_before = half_of(atomicLoad(&counters[counter(row.number, digit)]), digit);
-        places[i] += starts[digit] + rows_before;
+        let value = digit_of(held[i]);
+        let rows_before = half_of(atomicLoad(&counters[counter(row.number, value)]), value);
+        places[i] += starts[value] + rows_before;
         exchange[places[i]] = held[i];
     }
     // All keys are in their places.
     workgroupBarrier();
-    let end = pass_.count - min(pass_.count, tile * TILE);
+    let end = range.count - tile * TILE;
     for (var i = 0u; i < ITEMS; i++) {
         let place = i * THREADS + thread;
         if place < end {
@@ -147,7 +153,7 @@ fn sort_tile(row: Row, thread: u32, tile: u32) {
     workgroupBarrier();
     for (var i = 0u; i < ITEMS; i++) {
         let at = first + i * row.lanes;
-        if at < pass_.count {
+        if at < range.count {
             exchange[places[i]] = values[at];
         }
     }

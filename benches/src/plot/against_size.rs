@@ -148,7 +148,7 @@ fn figure(
         for point in points(series) {
             frame
                 .figure
-                .marker(point, series.marker, series.color, false);
+                .marker(point, series.marker, series.color, series.hollow);
         }
     }
     frame.figure

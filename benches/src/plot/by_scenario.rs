@@ -134,7 +134,7 @@ pub(super) fn figure(rows: &[&Row]) -> Figure {
             }
             frame
                 .figure
-                .marker((x, y), series.marker, series.color, false);
+                .marker((x, y), series.marker, series.color, series.hollow);
         }
         top += band.height();
         frame

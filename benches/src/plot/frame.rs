@@ -82,11 +82,11 @@ impl<'a> Legend<'a> {
             let y = top + 8.0 + index as f64 * spacing;
             let line = [(left, y), (left + key - 10.0, y)];
             let middle = (left + 0.5 * (key - 10.0), y);
-            if let Some(Series { marker, color, .. }) = self.series.get(index) {
+            if let Some(series) = self.series.get(index) {
                 if self.lines {
-                    figure.line(&line, *color, 2.0);
+                    figure.line(&line, series.color, 2.0);
                 }
-                figure.marker(middle, *marker, *color, false);
+                figure.marker(middle, series.marker, series.color, series.hollow);
             } else {
                 if self.lines {
                     figure.dashed(&line, PUBLISHED, 2.0, DASHES);

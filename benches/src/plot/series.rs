@@ -16,7 +16,7 @@ const COLORS: [Color; 7] = [
     Color(86, 180, 233),
     Color(0, 0, 0),
 ];
-/// Forms about equally heavy.
+/// Forms about equally heavy, first filled, then hollow.
 const MARKERS: [Marker; 5] = [
     Marker::Circle,
     Marker::Square,
@@ -30,6 +30,7 @@ pub(super) struct Series<'a> {
     pub(super) label: String,
     pub(super) color: Color,
     pub(super) marker: Marker,
+    pub(super) hollow: bool,
     /// In order of size.
     pub(super) rows: Vec<&'a Row>,
 }
@@ -83,11 +84,12 @@ pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
         if several_devices {
             label.push_str(&format!(", {}", row.device));
         }
-        let (color, marker) = look(&series, row);
+        let (color, (marker, hollow)) = look(&series, row);
         series.push(Series {
             label,
             color,
             marker,
+            hollow,
             rows: vec![row],
         });
     }
@@ -100,7 +102,7 @@ pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
 /// Colour and marker of the series that starts with `row`, after the others: the colour of its
 /// method, and the first marker from that of its turn among the method's series that no other series
 /// of this colour has, as long as there is one.
-fn look(others: &[Series<'_>], row: &Row) -> (Color, Marker) {
+fn look(others: &[Series<'_>], row: &Row) -> (Color, (Marker, bool)) {
     let of_method = |series: &&Series<'_>| series.rows[0].method == row.method;
     let color = others.iter().find(of_method).map_or_else(
         || {
@@ -113,17 +115,22 @@ fn look(others: &[Series<'_>], row: &Row) -> (Color, Marker) {
         |series| series.color,
     );
     let turn = others.iter().filter(of_method).count();
-    let from_turn = || MARKERS.iter().cycle().skip(turn % MARKERS.len());
-    let taken = |marker: Marker| {
+    let markers: Vec<(Marker, bool)> = [false, true]
+        .iter()
+        .flat_map(|hollow| MARKERS.map(|marker| (marker, *hollow)))
+        .collect();
+    let taken = |look: &(Marker, bool)| {
         others
             .iter()
-            .any(|series| (series.color, series.marker) == (color, marker))
+            .any(|series| series.color == color && (series.marker, series.hollow) == *look)
     };
-    let marker = from_turn()
-        .take(MARKERS.len())
-        .find(|marker| !taken(**marker))
-        .or_else(|| from_turn().next());
-    (color, marker.copied().unwrap_or(Marker::Circle))
+    let turn = turn % markers.len();
+    let marker = markers[turn..]
+        .iter()
+        .chain(&markers[..turn])
+        .find(|marker| !taken(marker))
+        .unwrap_or(&markers[turn]);
+    (color, *marker)
 }
 
 /// Published times of the source.
@@ -227,7 +234,7 @@ mod tests {
     #[test]
     fn a_colour_is_a_method_and_no_two_series_look_the_same() {
         let mut rows = Vec::new();
-        for precision in ["f64", "f32"] {
+        for precision in ["f64", "f32", "f64/f32", "1", "2"] {
             for method in 0..10 {
                 rows.push(row("chain", &method.to_string(), precision, 128, 1e-3));
             }
@@ -237,8 +244,8 @@ mod tests {
         for (index, one) in all.iter().enumerate() {
             assert_eq!(one.color, all[index % 10].color);
             for other in &all[..index] {
-                let (look, other_look) = ((one.color, one.marker), (other.color, other.marker));
-                assert_ne!(look, other_look, "{} and {}", one.label, other.label);
+                let look = |of: &Series<'_>| (of.color, of.marker, of.hollow);
+                assert_ne!(look(one), look(other), "{} and {}", one.label, other.label);
             }
         }
         // Where there are colours enough, a marker is a way.

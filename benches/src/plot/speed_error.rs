@@ -1,4 +1,5 @@
-//! Speed against error, both logarithmic: a point a row, labelled with its size or its scenario.
+//! Speed against error, both logarithmic: a point a row, labelled with its scenario; or with its size,
+//! the ends of each method's curve.
 
 use std::collections::BTreeSet;
 
@@ -121,7 +122,7 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
         }
     }
     let kind = if scenario.is_some() {
-        "size"
+        "size, at the ends of each series"
     } else {
         "scenario"
     };
@@ -205,42 +206,73 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
     }
     for point in &exact {
         let place = (strip.place(point), vertical.place(point.speed));
-        frame
-            .figure
-            .marker(place, point.series.marker, point.series.color, false);
+        frame.figure.marker(
+            place,
+            point.series.marker,
+            point.series.color,
+            point.series.hollow,
+        );
     }
     let place =
         |point: &DataPoint<'_>| (horizontal.place(point.error), vertical.place(point.speed));
-    draw_labelled(&mut frame.figure, &inexact, place, &plane);
+    if scenario.is_some() {
+        for curve in inexact.chunk_by(same_series) {
+            // One by one: joined at a sharp angle, lines end in a spike.
+            for ends in curve.windows(2) {
+                let line = [place(&ends[0]), place(&ends[1])];
+                frame.figure.line(&line, ends[0].series.color.pale(), 1.5);
+            }
+        }
+    }
+    let ends_only = scenario.is_some();
+    draw_labelled(&mut frame.figure, &inexact, place, &plane, ends_only);
     frame.figure
 }
 
-/// Draws the points with their labels within `bounds`.
+fn same_series(one: &DataPoint<'_>, other: &DataPoint<'_>) -> bool {
+    std::ptr::eq(one.series, other.series)
+}
+
+/// Draws the points with their labels, or those of the ends of each series, within `bounds`.
 fn draw_labelled(
     figure: &mut Figure,
     points: &[DataPoint<'_>],
     place: impl Fn(&DataPoint<'_>) -> Point,
     bounds: &Rect,
+    ends_only: bool,
 ) {
-    let label = |point: &DataPoint<'_>| Label {
+    let around = |point| Rect::around(place(point), MARKER + 2.0);
+    let markers: Vec<Rect> = points.iter().map(around).collect();
+    let labelled: Vec<&DataPoint<'_>> = points
+        .chunk_by(same_series)
+        .flat_map(|curve| {
+            let last = curve.len() - 1;
+            let is_shown = move |at: &usize| !ends_only || *at == 0 || *at == last;
+            (0..=last).filter(is_shown).map(|at| &curve[at])
+        })
+        .collect();
+    let label = |point: &&DataPoint<'_>| Label {
         point: place(point),
         width: text_width(&point.label, SMALL, false) + 4.0,
         height: SMALL + 3.0,
     };
-    let labels: Vec<Label> = points.iter().map(label).collect();
-    let markers: Vec<Rect> = labels
-        .iter()
-        .map(|label| Rect::around(label.point, MARKER + 2.0))
-        .collect();
+    let labels: Vec<Label> = labelled.iter().map(label).collect();
     let places = labels::place(&labels, &markers, bounds);
     for (label, place) in labels.iter().zip(&places) {
         if let Some(end) = place.and_then(|place| labels::leader_end(label.point, &place)) {
             figure.line(&[label.point, end], LEADER, 1.0);
         }
     }
-    for (point, (label, place)) in points.iter().zip(labels.iter().zip(&places)) {
-        let Series { marker, color, .. } = *point.series;
-        figure.marker(label.point, marker, color, false);
+    for point in points {
+        let Series {
+            marker,
+            color,
+            hollow,
+            ..
+        } = *point.series;
+        figure.marker(place(point), marker, color, hollow);
+    }
+    for (point, place) in labelled.iter().zip(&places) {
         if let Some(place) = place {
             let middle = (
                 0.5 * (place.left + place.right),
@@ -249,7 +281,8 @@ fn draw_labelled(
             // A ground that keeps the grid and lines to other labels out of the text.
             let ground = [(place.left, middle.1), (place.right, middle.1)];
             figure.line(&ground, WHITE, SMALL);
-            figure.text(middle, &point.label, SMALL, color.for_text(), Align::Center);
+            let color = point.series.color.for_text();
+            figure.text(middle, &point.label, SMALL, color, Align::Center);
         }
     }
 }

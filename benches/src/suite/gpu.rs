@@ -2,9 +2,12 @@
 //! wrong. They run on any device, a software one too.
 
 mod collision;
+mod compare;
 mod faults;
+mod mismatches;
 mod primitives;
 pub(crate) mod runtime;
+mod sorts;
 mod stages;
 
 use super::{Figure, Outcome};
@@ -22,14 +25,25 @@ pub struct GpuCheck {
 pub const CHECKS: &[GpuCheck] = &[
     check("scan", primitives::scan),
     check("scan_in_order", primitives::affine_scan),
+    check("float_scan", primitives::float_scan),
     check("reduce", primitives::reduce),
-    check("sort", primitives::sort),
-    check("sort_shapes", primitives::sort_shapes),
+    check("own_operator", primitives::own_operator),
+    check("sort", sorts::sort),
+    check("sort_shapes", sorts::sort_shapes),
+    check("sort_in_a_wrong_shape", sorts::sort_in_a_wrong_shape),
+    check("counts_on_the_device", sorts::counts_on_the_device),
     check("compact", primitives::compact),
     check("histogram", primitives::histogram),
     check("same_bits", primitives::same_bits),
+    check("failures_are_captured", compare::failures_are_captured),
     check("commands_in_order", runtime::commands_in_order),
     check("indirect_dispatch", runtime::indirect_dispatch),
+    check(
+        "elements_in_two_dimensions",
+        runtime::elements_in_two_dimensions,
+    ),
+    check("lengths", runtime::lengths),
+    check("repetitions", runtime::repetitions),
     check("runs_overlap", runtime::runs_overlap),
     check("shared_buffers", runtime::shared_buffers),
     check("times", runtime::times),
@@ -42,6 +56,14 @@ pub const CHECKS: &[GpuCheck] = &[
     check("device_lost", faults::device_lost),
     check("invalid_shader", faults::invalid_shader),
     check("wrong_recordings", faults::wrong_recordings),
+    check("wrong_sharing", mismatches::wrong_sharing),
+    check("wrong_slots", mismatches::wrong_slots),
+    check("unheard_failures", mismatches::unheard_failures),
+    check(
+        "failures_of_repetitions",
+        mismatches::failures_of_repetitions,
+    ),
+    check("kernel_differs", mismatches::kernel_differs),
     check("nan_in_data", stages::nan_in_data),
     check("nan_made_on_the_device", stages::nan_made_on_the_device),
     check("failed_stage", stages::failed_stage),

@@ -61,7 +61,7 @@ pub fn all() -> Vec<Box<dyn Solver>> {
         Box::new(Aba(Precision::F32)),
         Box::new(Aba(Precision::Reference)),
         Box::new(Dca::new("dca", Precision::F64, Precision::F64)),
-        Box::new(Dca::new("dca f32 tree", Precision::F64, Precision::F32)),
+        Box::new(Dca::new("dca f64 over", Precision::F64, Precision::F32)),
         Box::new(Dca::new("dca", Precision::F32, Precision::F32)),
         Box::new(Dca::new("dca", Precision::Reference, Precision::Reference)),
         Box::new(AbaBatch(Precision::F64)),

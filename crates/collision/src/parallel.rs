@@ -100,3 +100,33 @@ pub(crate) fn share<S: Send>(
     let workers = threads.min(count);
     map(workers, workers, worker)
 }
+
+#[cfg(all(test, feature = "rayon"))]
+mod tests {
+    use super::*;
+
+    /// Task 0 waits for task 1, which so has another worker, and that for all others.
+    #[test]
+    fn values_stand_in_order_whoever_computed_them() {
+        const COUNT: usize = 8;
+        let (begun, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let wait = |counter: &AtomicUsize, wanted| {
+            while counter.load(Ordering::Acquire) < wanted {
+                std::thread::yield_now();
+            }
+        };
+        let task = |index| {
+            begun.fetch_add(1, Ordering::Release);
+            match index {
+                0 => wait(&begun, 2),
+                1 => wait(&done, COUNT - 1),
+                _ => {}
+            }
+            done.fetch_add(1, Ordering::Release);
+            index
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+        let values = pool.unwrap().install(|| in_order(2, COUNT, task));
+        assert_eq!(values, (0..COUNT).collect::<Vec<_>>());
+    }
+}

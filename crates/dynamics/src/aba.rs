@@ -64,6 +64,9 @@ pub fn aba<'w>(
 /// [`Error::NotComputed`] if [`aba`] has not been called, [`Error::Overflow`].
 pub fn joint_wrenches(workspace: &mut Workspace) -> Result<(), Error> {
     workspace.joint_accelerations()?;
+    if workspace.computed.joint_wrenches {
+        return Ok(());
+    }
     let failed = in_precision!(&mut workspace.arrays, s => {
         s.transmit();
         s.joint_wrench.iter().position(|f| !f.is_finite())

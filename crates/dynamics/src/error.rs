@@ -87,6 +87,24 @@ pub enum Error {
         /// Time of the state \[s\].
         time: f64,
     },
+    /// A tolerance that no method meets here.
+    #[error(
+        "a relative error of {tolerance:e} was asked for, and the best method reached {error:.0e} (residual {residual:.0e}): accept more, or make the model's masses and lengths less uneven"
+    )]
+    ToleranceMissed {
+        /// Forward error asked for.
+        tolerance: f64,
+        /// Estimated forward error of the best solution.
+        error: f64,
+        /// Its residual of the bodies' own equations.
+        residual: f64,
+    },
+    /// A tolerance that is no number or below what f64 can hold.
+    #[error("a tolerance of {tolerance:e} cannot be met in f64: ask for 2.3e-16 or more")]
+    ToleranceRange {
+        /// Forward error asked for.
+        tolerance: f64,
+    },
     /// The joint-space inertia is not positive definite to working precision.
     #[error(
         "the {dofs} x {dofs} mass matrix is not positive definite in working precision (pivot {pivot}); use ABA"

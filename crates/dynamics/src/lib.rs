@@ -27,6 +27,7 @@
 
 mod aba;
 mod batch;
+mod correct;
 mod cost;
 mod crba;
 mod dca;
@@ -39,12 +40,15 @@ mod forward_error;
 mod integrate;
 mod kinematics;
 mod link;
+mod monitor;
 mod passed_on;
 mod precision;
+mod refine;
 mod residual;
 mod rnea;
 mod simulation;
 mod solver;
+mod tolerance;
 mod workspace;
 
 pub use aba::{aba, joint_wrenches};
@@ -57,11 +61,14 @@ pub use forces::{Forces, Wrench};
 pub use forward_error::forward_error;
 pub use integrate::Integrator;
 pub use kinematics::{body_poses, forward_kinematics};
+pub use monitor::{Check, Monitor};
 pub use precision::Precision;
+pub use refine::{Refinement, refine};
 pub use residual::{Residual, Solved, residual};
 pub use rnea::rnea;
 pub use simulation::Simulation;
 pub use solver::{Algorithm, Choice, Solver, SolverOptions};
+pub use tolerance::Achieved;
 pub use workspace::{BodyForce, BodyMotion, Workspace};
 
 use vertebra_assembly::Model;

@@ -18,7 +18,7 @@
 
 use crate::link::Scales;
 use crate::workspace::{Sweeps, Workspace, in_precision};
-use crate::{Error, Forces};
+use crate::{Error, Forces, Refinement};
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{Force, Motion, Real, RigidInertia, Sym3, Vec3, vec3};
 
@@ -46,7 +46,7 @@ impl Residual {
     }
 }
 
-/// What a solver has found, so that its [`residual`] can be taken: implemented by [`Workspace`] and
+/// What a solver has found, so that its [`residual`] can be taken and it can be [refined](crate::refine): implemented by [`Workspace`] and
 /// [`DcaWorkspace`](crate::DcaWorkspace).
 pub trait Solved: sealed::Sealed {
     /// Evaluates the equations for this solution; [`residual`] is the function to call.
@@ -54,6 +54,12 @@ pub trait Solved: sealed::Sealed {
     /// # Errors
     /// [`Error`] if an input does not fit the model or the solution has not been computed.
     fn residual(&self, model: &Model, state: &State, forces: &Forces) -> Result<Residual, Error>;
+
+    /// Corrects this solution once; [`refine`](crate::refine) is the function to call.
+    ///
+    /// # Errors
+    /// As that function's.
+    fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error>;
 }
 
 pub(crate) mod sealed {
@@ -96,6 +102,10 @@ impl Solved for Workspace {
             };
             solution.residual(model, state, forces, &self.scales)
         }))
+    }
+
+    fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
+        self.correct(forces)
     }
 }
 

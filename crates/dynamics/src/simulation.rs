@@ -2,8 +2,9 @@
 
 use crate::integrate::{Stages, Step};
 use crate::{
-    BodyMotion, Choice, Error, Forces, Integrator, Mechanics, Precision, Solver, SolverOptions,
-    Workspace, aba, body_poses, finite_results, forward_kinematics, joint_wrenches, mechanics,
+    BodyMotion, Choice, Error, Forces, Integrator, Mechanics, Monitor, Precision, Solver,
+    SolverOptions, Workspace, aba, body_poses, finite_results, forward_kinematics, joint_wrenches,
+    mechanics,
 };
 use vertebra_assembly::{Body, BodyId, Model, State};
 use vertebra_spatial::Pose;
@@ -22,6 +23,7 @@ pub struct Simulation {
     /// For kinematics and [`solve`](Self::solve), if the solver's own memory does not serve.
     workspace: Option<Workspace>,
     stages: Stages,
+    monitor: Option<Monitor>,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
 }
@@ -42,6 +44,7 @@ impl Simulation {
             solver,
             workspace: None,
             stages: Stages::new(&model),
+            monitor: None,
             posed: false,
             model,
         })
@@ -75,6 +78,27 @@ impl Simulation {
             precision,
             ..SolverOptions::default()
         })
+    }
+
+    /// Checks the accelerations of every so many steps, the first one's included
+    /// ([`Solver::check`]): a step that is checked takes one and a half solutions more.
+    /// [`monitor`](Self::monitor) has what was found.
+    #[must_use]
+    pub const fn with_monitor(mut self, monitor: Monitor) -> Self {
+        self.monitor = Some(monitor);
+        self
+    }
+
+    /// What the checks have found; none without [`with_monitor`](Self::with_monitor).
+    #[must_use]
+    pub const fn monitor(&self) -> Option<&Monitor> {
+        self.monitor.as_ref()
+    }
+
+    /// The solver, which says how a tolerance was met ([`Solver::achieved`]).
+    #[must_use]
+    pub const fn solver(&self) -> &Solver {
+        &self.solver
     }
 
     /// The algorithm that computes accelerations, and why that one.
@@ -130,6 +154,12 @@ impl Simulation {
             });
         }
         self.posed = false;
+        if let Some(monitor) = &mut self.monitor
+            && monitor.is_due()
+        {
+            let found = self.solver.check(&self.model, &self.state, &self.forces)?;
+            monitor.record(self.state.time, found);
+        }
         let step = Step {
             model: &self.model,
             start: &self.state,
@@ -156,6 +186,9 @@ impl Simulation {
             });
         }
         core::mem::swap(&mut self.state, &mut self.next);
+        if let Some(monitor) = &mut self.monitor {
+            monitor.count();
+        }
         Ok(())
     }
 

@@ -1,5 +1,6 @@
 //! Scratch and results of the algorithms.
 
+use crate::correct::Corrections;
 use crate::link::{BodyFrame, Link, Scales};
 use crate::{Error, Precision};
 use glam::{DQuat, DVec3};
@@ -11,7 +12,8 @@ use vertebra_spatial::{
 
 /// Memory in which the algorithms work and leave their results, made for one model and precision.
 ///
-/// All memory is taken when it is made (the mass matrix apart, which CRBA takes when first asked).
+/// All memory is taken when it is made, but for the mass matrix and that of
+/// [corrections](crate::refine), which are taken when first asked for.
 #[derive(Clone, Debug)]
 pub struct Workspace {
     pub(crate) model: Model,
@@ -149,6 +151,8 @@ pub(crate) struct Sweeps<T: Number> {
     pub(crate) factor_of: Vec<u32>,
     /// Joint rates, one entry a degree of freedom.
     pub(crate) rates: Vec<T>,
+    /// Memory of the corrections, taken when the first one is asked for.
+    pub(crate) corrections: Option<Box<Corrections<T>>>,
 }
 
 impl<T: Number> Sweeps<T> {
@@ -190,6 +194,7 @@ impl<T: Number> Sweeps<T> {
             factors: vec![None; factors as usize],
             factor_of,
             rates: vec![T::ZERO; dofs],
+            corrections: None,
         }
     }
 

@@ -38,17 +38,24 @@ pub(crate) const USES: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
 
 impl<T: Pod> Buffer<T> {
     pub(crate) fn new(device: &Device, name: &str, len: usize) -> Result<Self, Error> {
-        let bytes = len as u64 * size_of::<T>() as u64;
+        let stride = size_of::<T>() as u64;
         let wrong = |problem| Error::Recording {
             recording: name.to_owned(),
             problems: vec![problem],
         };
-        if !size_of::<T>().is_multiple_of(4) {
+        if stride == 0 || !stride.is_multiple_of(4) {
             return Err(wrong(Problem::Element {
                 buffer: name.to_owned(),
-                bytes: size_of::<T>() as u64,
+                bytes: stride,
             }));
         }
+        let Some(bytes) = stride.checked_mul(len as u64) else {
+            return Err(wrong(Problem::Overflow {
+                buffer: name.to_owned(),
+                len: len as u64,
+                stride,
+            }));
+        };
         let limit = device.limits().max_buffer_size;
         if bytes > limit {
             return Err(wrong(Problem::Limit {
@@ -63,7 +70,7 @@ impl<T: Pod> Buffer<T> {
         Ok(Self {
             device: device.clone(),
             name: name.to_owned(),
-            raw: allocate(device, name, bytes, USES)?,
+            raw: allocate(device, name, bytes.max(stride), USES)?,
             len,
             element: PhantomData,
         })
@@ -76,6 +83,18 @@ impl<T: Pod> Buffer<T> {
     /// [`Error::OutOfMemory`].
     pub fn write(&self, content: &[T]) -> Result<(), Error> {
         write(&self.device, &self.name, &self.raw, self.len, content)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The device whose memory it is.
+    #[must_use]
+    pub fn device(&self) -> &Device {
+        &self.device
     }
 
     /// Number of elements.
@@ -97,7 +116,7 @@ impl<T: Pod> Buffer<T> {
     }
 }
 
-/// A buffer of zeros. Bindings cannot be empty, so that there are four words at least.
+/// A buffer of zeros, of four words at least: an empty one could be neither bound nor mapped.
 pub(crate) fn allocate(
     device: &Device,
     name: &str,

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Problem, Shortfall};
 use crate::kernel::Access;
-use crate::recording::{AnySlot, Command, Declaration, Dispatch, Groups, Recording};
+use crate::recording::{AnySlot, Command, Declaration, Dispatch, Groups, Recording, Slot};
 
 impl Recording {
     /// Checks everything that a device with these limits and features would refuse: sizes,
@@ -15,12 +15,13 @@ impl Recording {
             recording: self,
             limits,
             features,
-            problems: Vec::new(),
+            problems: self.problems.clone(),
         };
         self.buffers.iter().for_each(|b| checker.buffer(b));
         for (number, command) in self.commands.iter().enumerate() {
             checker.command(number, command);
         }
+        checker.downloads();
         if self.stages.len() > 32 {
             checker.problems.push(Problem::Stages {
                 stages: self.stages.len(),
@@ -45,7 +46,15 @@ struct Checker<'a> {
 
 impl<'a> Checker<'a> {
     fn buffer(&mut self, buffer: &Declaration) {
-        if !buffer.stride.is_multiple_of(4) {
+        if buffer.len.checked_mul(buffer.stride).is_none() {
+            self.problems.push(Problem::Overflow {
+                buffer: buffer.name.clone(),
+                len: buffer.len,
+                stride: buffer.stride,
+            });
+            return;
+        }
+        if buffer.stride == 0 || !buffer.stride.is_multiple_of(4) {
             self.problems.push(Problem::Element {
                 buffer: buffer.name.clone(),
                 bytes: buffer.stride,
@@ -57,6 +66,22 @@ impl<'a> Checker<'a> {
             buffer.bytes(),
             self.limits.max_buffer_size,
         );
+    }
+
+    /// All that is downloaded goes into one buffer.
+    fn downloads(&mut self) {
+        let status = self.recording.status.map(Slot::any);
+        let mut slots: Vec<AnySlot> = self.recording.downloads().map(|(_, slot)| slot).collect();
+        slots.extend(status.filter(|status| !slots.contains(status)));
+        let bytes = slots.iter().filter_map(|slot| {
+            let declaration = self.recording.declaration(*slot);
+            declaration.map(Declaration::bytes)
+        });
+        let bytes = bytes.fold(0, u64::saturating_add);
+        if slots.len() > 1 {
+            let what = || "what is downloaded, together,".to_owned();
+            self.limit(what, "max_buffer_size", bytes, self.limits.max_buffer_size);
+        }
     }
 
     fn command(&mut self, number: usize, command: &Command) {
@@ -106,8 +131,9 @@ impl<'a> Checker<'a> {
             return;
         }
         self.bindings(&name, dispatch);
+        self.stage(&name, dispatch);
         if let Groups::Indirect(slot, offset) = dispatch.groups {
-            self.holds(&name, slot, offset + 12);
+            self.holds(&name, slot, offset.saturating_add(12));
             let written = |(binding, used): (&crate::Binding, &AnySlot)| {
                 binding.access == Access::ReadWrite && *used == slot
             };
@@ -138,7 +164,7 @@ impl<'a> Checker<'a> {
             ),
             (
                 "max_compute_invocations_per_workgroup",
-                x * y * z,
+                x.saturating_mul(y).saturating_mul(z),
                 limits.max_compute_invocations_per_workgroup,
             ),
             (
@@ -208,6 +234,30 @@ impl<'a> Checker<'a> {
                 self.alias(name, slot);
             }
         }
+    }
+
+    /// A failure must be told: it needs the status word and a stage of this recording.
+    fn stage(&mut self, name: &str, dispatch: &Dispatch) {
+        if !dispatch.kernel.can_fail() {
+            return;
+        }
+        let status = self.recording.status.map(Slot::any);
+        let reason = match dispatch.kernel.stage() {
+            _ if status.is_none() || dispatch.buffers.last() != status.as_ref() => {
+                "its last buffer is not `recording.status()`"
+            }
+            None => {
+                "has no stage: give it `.constant(\"STAGE\", stage)` with `recording.stage(name)`"
+            }
+            Some(stage) if !self.recording.has_stage(stage) => {
+                "its stage is one of another recording"
+            }
+            Some(_) => return,
+        };
+        self.problems.push(Problem::Stage {
+            command: name.to_owned(),
+            reason,
+        });
     }
 
     /// The declaration of a buffer of this recording.

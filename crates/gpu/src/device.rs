@@ -1,56 +1,19 @@
 //! Devices: an adapter opened with what is needed of it.
 
 use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytemuck::Pod;
 
-use crate::adapter::{AdapterChoice, choose};
+use crate::adapter::{Identity, choose, find};
 use crate::buffer::Buffer;
-use crate::error::{Error, Shortfall};
+use crate::error::Error;
 use crate::kernel::Kernel;
+use crate::options::Options;
 use crate::pipeline::Pipeline;
 use crate::program::Program;
 use crate::recording::{Recording, Shared as SharedSlot};
-
-/// What is asked of a device.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Which adapter.
-    pub adapter: AdapterChoice,
-    /// Features without which the device is useless.
-    pub required: wgpu::Features,
-    /// Features to take where the adapter has them.
-    pub wanted: wgpu::Features,
-    /// Limits below which the device is useless.
-    pub limits: wgpu::Limits,
-    /// Whether to open the device with exactly these limits, to see that they suffice, instead of
-    /// the best the adapter has.
-    pub exact_limits: bool,
-    /// Part of the device's memory budget beyond which allocations are refused \[percent\]; where the
-    /// driver tells the budget.
-    pub memory_percent: Option<u8>,
-}
-
-impl Default for Options {
-    /// Any adapter with eight storage buffers a shader; f64, subgroups and timestamps where it has
-    /// them.
-    fn default() -> Self {
-        Self {
-            adapter: AdapterChoice::Auto,
-            required: wgpu::Features::empty(),
-            wanted: wgpu::Features::SHADER_F64
-                | wgpu::Features::SUBGROUP
-                | wgpu::Features::TIMESTAMP_QUERY,
-            limits: wgpu::Limits {
-                max_storage_buffers_per_shader_stage: 8,
-                ..wgpu::Limits::downlevel_defaults()
-            },
-            exact_limits: false,
-            memory_percent: None,
-        }
-    }
-}
 
 /// An open device. Clones are the same device.
 #[derive(Clone, Debug)]
@@ -63,6 +26,7 @@ struct Shared {
     device: wgpu::Device,
     queue: wgpu::Queue,
     info: wgpu::AdapterInfo,
+    identity: Identity,
     options: Options,
     /// What the driver said when the device was lost.
     lost: Arc<Mutex<Option<String>>>,
@@ -85,14 +49,14 @@ impl Device {
     /// [`Error::NoAdapter`]; [`Error::Unsupported`] with every feature and limit that falls short;
     /// [`Error::Refused`] by the driver.
     pub fn open(options: Options) -> Result<Self, Error> {
-        let memory = wgpu::MemoryBudgetThresholds {
-            for_resource_creation: options.memory_percent,
-            for_device_loss: None,
-        };
-        let adapter = choose(&options.adapter, memory)?;
+        let (adapter, identity) = choose(&options.adapter, options.memory())?;
+        Self::of(&adapter, identity, options)
+    }
+
+    fn of(adapter: &wgpu::Adapter, identity: Identity, options: Options) -> Result<Self, Error> {
         let info = adapter.get_info();
         let available = adapter.limits();
-        let missing = missing(&options, adapter.features(), &available);
+        let missing = options.missing(adapter.features(), &available);
         if !missing.is_empty() {
             return Err(Error::Unsupported {
                 adapter: info.name,
@@ -129,6 +93,7 @@ impl Device {
                 device,
                 queue,
                 info,
+                identity,
                 options,
                 lost,
                 pipelines: Mutex::default(),
@@ -140,9 +105,12 @@ impl Device {
     /// programs are those of the device they were made on: prepare the recordings again.
     ///
     /// # Errors
-    /// Those of [`Device::open`].
+    /// [`Error::NoAdapter`] where that adapter is gone, even if there are others;
+    /// [`Error::Unsupported`], [`Error::Refused`].
     pub fn reopen(&self) -> Result<Self, Error> {
-        Self::open(self.shared.options.clone())
+        let (identity, options) = (&self.shared.identity, self.shared.options.clone());
+        let adapter = find(identity, options.memory())?;
+        Self::of(&adapter, identity.clone(), options)
     }
 
     /// Whether both are one device, whose buffers can be used together.
@@ -225,12 +193,17 @@ impl Device {
         Program::new(self, recording, shared)
     }
 
-    /// The pipeline of a kernel, compiled at the first call.
-    pub(crate) fn pipeline(&self, kernel: &Kernel) -> Result<Pipeline, Error> {
+    /// Whether two are the same.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
+    }
+
+    /// The pipeline of a kernel of this recording, compiled at the first call.
+    pub(crate) fn pipeline(&self, recording: &str, kernel: &Kernel) -> Result<Pipeline, Error> {
         if let Some(pipeline) = lock(&self.shared.pipelines).get(kernel) {
             return Ok(pipeline.clone());
         }
-        let pipeline = Pipeline::compile(self, kernel)?;
+        let pipeline = Pipeline::compile(self, recording, kernel)?;
         lock(&self.shared.pipelines).insert(kernel.clone(), pipeline.clone());
         Ok(pipeline)
     }
@@ -257,7 +230,37 @@ impl Device {
             error = pollster::block_on(scope.pop()).or(error);
         }
         self.alive()?;
-        error.map_or(Ok(result), |error| Err(typed(&error, what, bytes)))
+        error.map_or(Ok(result), |error| {
+            Err(self.explained(typed(&error, what, bytes)))
+        })
+    }
+
+    /// Lets wgpu see what the device has done.
+    pub(crate) fn poll(&self, what: &str, how: wgpu::PollType) -> Result<(), Error> {
+        let polled = guarded(|| self.shared.device.poll(how));
+        if let Err(message) = &polled {
+            lock(&self.shared.lost).get_or_insert_with(|| message.clone());
+        }
+        self.alive()?;
+        match polled {
+            Ok(Err(error)) => Err(Error::Driver {
+                what: what.to_owned(),
+                message: error.to_string(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// What is behind an error: a device that was destroyed refuses calls as if they were mistakes,
+    /// and says what became of it only once its work is done and it is asked.
+    pub(crate) fn explained(&self, error: Error) -> Error {
+        let Error::Driver { what, .. } = &error else {
+            return error;
+        };
+        match self.poll(what, wgpu::PollType::wait_indefinitely()) {
+            Err(lost @ Error::DeviceLost { .. }) => lost,
+            _ => error,
+        }
     }
 
     /// An error if the device is lost.
@@ -271,6 +274,18 @@ impl Device {
     }
 }
 
+/// What a call of wgpu returns, or the message with which it panicked: waiting for a device that
+/// the driver gives up panics instead of failing. wgpu holds no lock at that point.
+fn guarded<R>(call: impl FnOnce() -> R) -> Result<R, String> {
+    catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
+        let text = payload.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
+        // The last line is the cause.
+        let cause = text.and_then(|text| text.lines().rfind(|line| !line.trim().is_empty()));
+        cause.unwrap_or("no reason given").trim().to_owned()
+    })
+}
+
 /// An error of wgpu in the words of this crate.
 fn typed(error: &wgpu::Error, what: &str, bytes: u64) -> Error {
     let what = what.to_owned();
@@ -281,30 +296,6 @@ fn typed(error: &wgpu::Error, what: &str, bytes: u64) -> Error {
             message: other.to_string(),
         },
     }
-}
-
-/// Everything that falls short of what is asked.
-fn missing(
-    options: &Options,
-    features: wgpu::Features,
-    available: &wgpu::Limits,
-) -> Vec<Shortfall> {
-    let lacking = options.required - features;
-    let mut missing: Vec<Shortfall> = lacking
-        .iter_names()
-        .map(|(name, _)| Shortfall::Feature(name.to_owned()))
-        .collect();
-    let note = |limit, needed, available| {
-        missing.push(Shortfall::Limit {
-            limit,
-            needed,
-            available,
-        });
-    };
-    options
-        .limits
-        .check_limits_with_fail_fn(available, false, note);
-    missing
 }
 
 /// The content of a lock. A thread that panicked left it whole: nothing is changed in steps.
@@ -334,26 +325,16 @@ mod tests {
     }
 
     #[test]
-    fn every_shortfall_is_named_at_once() {
-        let options = Options {
-            required: wgpu::Features::SHADER_F64 | wgpu::Features::SUBGROUP,
-            limits: wgpu::Limits {
-                max_compute_workgroup_size_x: 1024,
-                max_storage_buffers_per_shader_stage: 12,
-                ..wgpu::Limits::downlevel_defaults()
-            },
-            ..Options::default()
-        };
-        let adapter = wgpu::Limits::downlevel_defaults();
-        let missing = missing(&options, wgpu::Features::SUBGROUP, &adapter);
-        let error = Error::Unsupported {
-            adapter: "Small GPU".to_owned(),
-            missing,
-        };
-        assert_eq!(
-            error.to_string(),
-            "Small GPU lacks SHADER_F64; max_storage_buffers_per_shader_stage = 12 (it has 4); \
-             max_compute_workgroup_size_x = 1024 (it has 256); ask for less, or choose another adapter"
-        );
+    fn a_panic_while_waiting_is_a_message() {
+        assert_eq!(guarded(|| 3), Ok(3));
+        // As wgpu words it.
+        let lost = guarded(|| {
+            panic!(
+                "Error in Device::poll: Validation Error\n\nCaused by:\n  {}\n",
+                "Parent device is lost"
+            );
+        });
+        assert_eq!(lost, Err::<(), _>("Parent device is lost".to_owned()));
+        assert_eq!(guarded(|| panic!("gone")), Err::<(), _>("gone".to_owned()));
     }
 }

@@ -2,9 +2,13 @@
 
 use thiserror::Error;
 
-/// Why nothing came of a call. The caller's data is as it was, and unless the device is lost the
-/// next call works; after [`Error::DeviceLost`], [`Device::reopen`](crate::Device::reopen) gives
-/// another.
+pub use crate::problem::Problem;
+
+/// Why nothing came of a call. Unless the device is lost the next call works; after
+/// [`Error::DeviceLost`], [`Device::reopen`](crate::Device::reopen) gives another.
+///
+/// All but two leave the content of buffers as it was: a run that [failed](Error::Failed) has left
+/// in them what it computed until its end, and those of a lost device are gone.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -42,7 +46,7 @@ pub enum Error {
         /// Everything wrong with it.
         problems: Vec<Problem>,
     },
-    /// A shader that does not compile, or does not match its kernel's description.
+    /// A shader that does not compile. One that differs from its kernel is a [`Problem::Kernel`].
     #[error("kernel `{kernel}` is not valid:\n{message}")]
     Shader {
         /// Name of the kernel.
@@ -92,7 +96,7 @@ pub enum Error {
         /// Length of the data.
         given: u64,
     },
-    /// A buffer of another recording, or one that this recording does not download.
+    /// A slot of another recording, or one that this recording does not download.
     #[error("`{buffer}`: {reason}")]
     WrongBuffer {
         /// Name of the buffer.
@@ -136,102 +140,6 @@ impl std::fmt::Display for Shortfall {
             } => write!(f, "{limit} = {needed} (it has {available})"),
         }
     }
-}
-
-/// Something wrong with a recording.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum Problem {
-    /// A limit of the device.
-    #[error("{what} needs {}", Shortfall::to_string(.shortfall))]
-    Limit {
-        /// Command or buffer.
-        what: String,
-        /// The limit.
-        shortfall: Shortfall,
-    },
-    /// A kernel that uses a feature the device was not opened with.
-    #[error("{command} uses {features}, with which the device was not opened")]
-    Feature {
-        /// The dispatch.
-        command: String,
-        /// The features.
-        features: String,
-    },
-    /// A dispatch with too many or too few buffers.
-    #[error("{command} has {expected} bindings, {given} buffers were given")]
-    BindingCount {
-        /// The dispatch.
-        command: String,
-        /// Bindings of the kernel.
-        expected: usize,
-        /// Buffers given.
-        given: usize,
-    },
-    /// A buffer whose elements are of another size than the kernel's.
-    #[error(
-        "{command}: binding `{binding}` has elements of {expected} bytes, buffer `{buffer}` of {given}"
-    )]
-    Stride {
-        /// The dispatch.
-        command: String,
-        /// Name of the binding.
-        binding: &'static str,
-        /// Name of the buffer.
-        buffer: String,
-        /// Bytes of an element in the kernel.
-        expected: u64,
-        /// Bytes of an element of the buffer.
-        given: u64,
-    },
-    /// A buffer that one dispatch writes and uses a second time.
-    #[error("{command} writes buffer `{buffer}` and uses it a second time; give it a copy")]
-    Alias {
-        /// The dispatch.
-        command: String,
-        /// Name of the buffer.
-        buffer: String,
-    },
-    /// A buffer of another recording.
-    #[error("{command} uses a buffer of another recording")]
-    Foreign {
-        /// The command.
-        command: String,
-    },
-    /// Data or a copy that does not fit.
-    #[error("{command}: `{buffer}` has {available} bytes, not {needed}")]
-    Size {
-        /// The command.
-        command: String,
-        /// Name of the buffer.
-        buffer: String,
-        /// Bytes the command needs.
-        needed: u64,
-        /// Bytes the buffer has.
-        available: u64,
-    },
-    /// Elements that are not a whole number of words.
-    #[error("buffer `{buffer}` has elements of {bytes} bytes; they must be multiples of 4")]
-    Element {
-        /// Name of the buffer.
-        buffer: String,
-        /// Bytes of an element.
-        bytes: u64,
-    },
-    /// A buffer that comes from elsewhere and was not given, or not as declared.
-    #[error("shared buffer `{buffer}`: {reason}")]
-    Shared {
-        /// Name of the buffer.
-        buffer: String,
-        /// What is wrong.
-        reason: &'static str,
-    },
-    /// More stages than a status word has bits.
-    #[error("{stages} stages, a status word has 32 bits")]
-    Stages {
-        /// Number of stages.
-        stages: usize,
-    },
 }
 
 /// A stage that reported a failure.

@@ -3,6 +3,10 @@
 use std::borrow::Cow;
 use std::hash::{Hash, Hasher};
 
+use crate::STATUS;
+use crate::error::Problem;
+use crate::recording::Stage;
+
 /// How a kernel uses a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Access {
@@ -65,28 +69,59 @@ impl Binding {
 /// Workgroup memory holds anything at first; a kernel sets what it reads.
 ///
 /// ```
-/// use vertebra_gpu::{Binding, Kernel};
+/// use vertebra_gpu::{Binding, ELEMENTS, Kernel};
 /// const DOUBLE: Kernel = Kernel::new(
 ///     "double",
 ///     &["@group(0) @binding(0) var<storage, read_write> data: array<f32>;
 ///        @compute @workgroup_size(64)
-///        fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-///            if id.x < arrayLength(&data) { data[id.x] *= 2.0; }
-///        }"],
+///        fn main(
+///            @builtin(global_invocation_id) id: vec3<u32>,
+///            @builtin(num_workgroups) groups: vec3<u32>,
+///        ) {
+///            let i = element(id, groups, 64u);
+///            if i < arrayLength(&data) { data[i] *= 2.0; }
+///        }", ELEMENTS],
 ///     &[Binding::read_write::<f32>("data")],
 ///     [64, 1, 1],
 /// );
-/// assert_eq!(DOUBLE.bindings()[0].stride, 4);
+/// assert_eq!(DOUBLE.differences(), []);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Kernel {
     name: Cow<'static, str>,
-    parts: Cow<'static, [&'static str]>,
+    parts: &'static [&'static str],
+    added: Vec<Cow<'static, str>>,
     bindings: Cow<'static, [Binding]>,
     workgroup_size: [u32; 3],
     workgroup_memory: u32,
     features: wgpu::Features,
-    constants: Vec<(&'static str, f64)>,
+    constants: Vec<(Cow<'static, str>, f64)>,
+    stage: Option<Stage>,
+}
+
+/// The value of a WGSL `override`: a number, or a [`Stage`].
+#[derive(Clone, Copy, Debug)]
+pub struct Constant {
+    value: f64,
+    stage: Option<Stage>,
+}
+
+impl<T: Into<f64>> From<T> for Constant {
+    fn from(value: T) -> Self {
+        Self {
+            value: value.into(),
+            stage: None,
+        }
+    }
+}
+
+impl From<Stage> for Constant {
+    fn from(stage: Stage) -> Self {
+        Self {
+            value: stage.bit.into(),
+            stage: Some(stage),
+        }
+    }
 }
 
 impl Kernel {
@@ -100,12 +135,14 @@ impl Kernel {
     ) -> Self {
         Self {
             name: Cow::Borrowed(name),
-            parts: Cow::Borrowed(parts),
+            parts,
+            added: Vec::new(),
             bindings: Cow::Borrowed(bindings),
             workgroup_size,
             workgroup_memory: 0,
             features: wgpu::Features::empty(),
             constants: Vec::new(),
+            stage: None,
         }
     }
 
@@ -123,17 +160,41 @@ impl Kernel {
         self
     }
 
-    /// Adds a part of WGSL. A kernel is told from another by name, parts and constants together.
+    /// Gives it another name.
     #[must_use]
-    pub fn with(mut self, part: &'static str) -> Self {
-        self.parts.to_mut().push(part);
+    pub fn named(mut self, name: impl Into<Cow<'static, str>>) -> Self {
+        self.name = name.into();
         self
     }
 
-    /// Gives a WGSL `override` its value.
+    /// Adds a part of WGSL. A kernel is told from another by what it declares, parts and constants
+    /// together.
     #[must_use]
-    pub fn constant(mut self, name: &'static str, value: impl Into<f64>) -> Self {
-        self.constants.push((name, value.into()));
+    pub fn with(mut self, part: &'static str) -> Self {
+        self.added.push(Cow::Borrowed(part));
+        self
+    }
+
+    /// Adds a part of WGSL that is made at run time.
+    #[must_use]
+    pub fn with_text(mut self, part: String) -> Self {
+        self.added.push(Cow::Owned(part));
+        self
+    }
+
+    /// Gives a WGSL `override` its value, instead of one given before.
+    #[must_use]
+    pub fn constant(
+        mut self,
+        name: impl Into<Cow<'static, str>>,
+        value: impl Into<Constant>,
+    ) -> Self {
+        let (name, Constant { value, stage }) = (name.into(), value.into());
+        if name == "STAGE" {
+            self.stage = stage;
+        }
+        self.constants.retain(|(given, _)| *given != name);
+        self.constants.push((name, value));
         self
     }
 
@@ -178,10 +239,20 @@ impl Kernel {
         self.features
     }
 
-    /// Values of its `override` constants.
-    #[must_use]
-    pub fn constants(&self) -> &[(&'static str, f64)] {
-        &self.constants
+    /// Names and values of its `override` constants.
+    pub fn constants(&self) -> impl Iterator<Item = (&str, f64)> {
+        let constants = self.constants.iter();
+        constants.map(|(name, value)| (name.as_ref(), *value))
+    }
+
+    /// The stage whose failures it reports.
+    pub(crate) fn stage(&self) -> Option<Stage> {
+        self.stage
+    }
+
+    /// Whether it has the part with which failures are reported.
+    pub(crate) fn can_fail(&self) -> bool {
+        self.parts().any(|part| part == STATUS)
     }
 
     /// Whether every loop is seen to end. Such a kernel is compiled as it is; loops of others get a
@@ -192,23 +263,49 @@ impl Kernel {
     /// does not write; `step` is one, or `step` and `bound` are constants and `i` cannot wrap.
     #[must_use]
     pub fn loops_end(&self) -> bool {
-        crate::loops::all_end(&self.source())
+        let module = naga::front::wgsl::parse_str(&self.source());
+        module.is_ok_and(|module| crate::loops::all_end(&module))
+    }
+
+    /// All in which the shader differs from what is declared of it: entry point, workgroup size and
+    /// memory, bindings. None of a shader that does not compile. No GPU is needed;
+    /// [`Device::prepare`](crate::Device::prepare) looks at each kernel once.
+    #[must_use]
+    pub fn differences(&self) -> Vec<Problem> {
+        let module = naga::front::wgsl::parse_str(&self.source());
+        module.map_or_else(
+            |_| Vec::new(),
+            |module| crate::reflect::differences(self, &module),
+        )
     }
 
     /// The whole shader.
     #[must_use]
     pub fn source(&self) -> String {
-        self.parts.join("\n")
+        self.parts().collect::<Vec<_>>().join("\n")
+    }
+
+    fn parts(&self) -> impl Iterator<Item = &str> {
+        let added = self.added.iter().map(AsRef::as_ref);
+        self.parts.iter().copied().chain(added)
+    }
+
+    fn constant_bits(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.constants()
+            .map(|(name, value)| (name, value.to_bits()))
     }
 }
 
 impl PartialEq for Kernel {
-    /// Whether both make the same pipeline: sources are compared, and constants by their bits.
+    /// Whether both are declared alike and make the same pipeline: sources are compared, and
+    /// constants by their bits.
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
-            && self.parts == other.parts
+            && self.parts().eq(other.parts())
             && self.bindings == other.bindings
-            && constant_bits(self).eq(constant_bits(other))
+            && self.workgroup_size == other.workgroup_size
+            && self.workgroup_memory == other.workgroup_memory
+            && self.constant_bits().eq(other.constant_bits())
     }
 }
 
@@ -217,30 +314,8 @@ impl Eq for Kernel {}
 impl Hash for Kernel {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.name.hash(state);
-        self.parts.hash(state);
-        constant_bits(self).for_each(|constant| constant.hash(state));
+        self.parts().for_each(|part| part.hash(state));
+        self.constant_bits()
+            .for_each(|constant| constant.hash(state));
     }
-}
-
-fn constant_bits(kernel: &Kernel) -> impl Iterator<Item = (&'static str, u64)> {
-    let constants = kernel.constants.iter();
-    constants.map(|(name, value)| (*name, value.to_bits()))
-}
-
-/// The number of workgroups for `items` in groups of `per_group`, spread over two dimensions where
-/// one is not enough. A kernel finds its number as `id.y * groups.x + id.x` of `workgroup_id` and
-/// `num_workgroups`; numbers at and beyond `items / per_group` have nothing to do.
-///
-/// ```
-/// use vertebra_gpu::workgroups;
-/// assert_eq!(workgroups(1000, 256), [4, 1, 1]);
-/// let [x, y, _] = workgroups(1 << 30, 256);
-/// assert!(x <= 65_535 && u64::from(x) * u64::from(y) * 256 >= 1 << 30);
-/// ```
-#[must_use]
-pub fn workgroups(items: u32, per_group: u32) -> [u32; 3] {
-    const MOST: u32 = 65_535; // WebGPU's maxComputeWorkgroupsPerDimension
-    let groups = items.div_ceil(per_group.max(1));
-    let rows = groups.div_ceil(MOST).max(1);
-    [groups.div_ceil(rows), rows, 1]
 }

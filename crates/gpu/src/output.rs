@@ -49,10 +49,10 @@ impl Output {
         })
     }
 
-    /// What a buffer held where it was (last) downloaded.
+    /// What a buffer held where it was downloaded last.
     ///
     /// # Errors
-    /// [`Error::WrongBuffer`] when the recording does not download it.
+    /// [`Error::WrongBuffer`] when the recording does not download it, or the slot is another's.
     pub fn read<T: Pod>(&self, slot: Slot<T>) -> Result<Vec<T>, Error> {
         let bytes = self.bytes(slot.any())?;
         let mut content = vec![T::zeroed(); bytes.len() / size_of::<T>().max(1)];
@@ -78,7 +78,7 @@ impl Output {
         Ok(())
     }
 
-    /// Time from the start of the first dispatch to the end of the last \[s\]; none unless it was
+    /// Time that the run took \[s\], from and to where [`Timing`] says; none unless it was
     /// [taken](crate::Program::take_times).
     #[must_use]
     pub fn gpu_time(&self) -> Option<f64> {
@@ -106,11 +106,15 @@ impl Output {
         let Some((&bits, elements)) = words.split_first() else {
             return Vec::new();
         };
-        let stages = recording.stages.iter().zip(elements).enumerate();
-        stages
+        let failed = elements.iter().enumerate();
+        failed
             .filter(|(bit, _)| bits >> bit & 1 == 1)
-            .map(|(_, (stage, element))| Failure {
-                stage: stage.clone(),
+            .map(|(bit, element)| Failure {
+                stage: match recording.stages.get(bit) {
+                    Some((_, name)) => name.clone(),
+                    // By a kernel that writes the status word without the part `STATUS`.
+                    None => format!("{bit}, which is not declared"),
+                },
                 element: !element,
             })
             .collect()
@@ -132,21 +136,26 @@ impl Output {
 
     fn bytes(&self, slot: AnySlot) -> Result<&[u8], Error> {
         let recording = &self.layout.recording;
-        let mut downloads = self.layout.downloads.iter().rev();
+        let wrong = |reason| Error::WrongBuffer {
+            buffer: recording.name_of(slot).to_owned(),
+            reason,
+        };
+        let Some(declaration) = recording.declaration(slot) else {
+            return Err(wrong("the slot belongs to another recording"));
+        };
+        let mut downloads = self.layout.downloads.iter();
         let found = (|| {
             let (_, first) = downloads.find(|(downloaded, _)| *downloaded == slot)?;
-            let bytes = recording.declaration(slot)?.bytes();
             let first = usize::try_from(*first).ok()?;
-            let end = first + usize::try_from(bytes).ok()?;
+            let end = first.checked_add(usize::try_from(declaration.bytes()).ok()?)?;
             match self.view.as_deref() {
                 Some(view) => view.get(first..end),
                 // Nothing but empty buffers is downloaded.
                 None => Some(&[][..]),
             }
         })();
-        found.ok_or_else(|| Error::WrongBuffer {
-            buffer: recording.name_of(slot).to_owned(),
-            reason: "its recording does not download it: add `recording.download(slot)`",
+        found.ok_or_else(|| {
+            wrong("its recording does not download it: add `recording.download(slot)`")
         })
     }
 }

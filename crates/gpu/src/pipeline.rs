@@ -3,6 +3,8 @@
 use crate::device::Device;
 use crate::error::Error;
 use crate::kernel::{Access, Kernel};
+use crate::loops::all_end;
+use crate::reflect::differences;
 
 /// A compiled kernel.
 #[derive(Clone, Debug)]
@@ -12,13 +14,28 @@ pub(crate) struct Pipeline {
 }
 
 impl Pipeline {
-    /// Compiles a kernel with the layout that its description gives, so that a shader which
-    /// differs from it is refused.
-    pub(crate) fn compile(device: &Device, kernel: &Kernel) -> Result<Self, Error> {
+    /// Compiles a kernel of a recording, unless its shader differs from what it declares.
+    pub(crate) fn compile(
+        device: &Device,
+        recording: &str,
+        kernel: &Kernel,
+    ) -> Result<Self, Error> {
         let name = Some(kernel.name());
+        let source = kernel.source();
+        // One that does not parse is refused by wgpu, which says where.
+        let parsed = naga::front::wgsl::parse_str(&source).ok();
+        let problems = parsed.as_ref().map(|parsed| differences(kernel, parsed));
+        if let Some(problems) = problems.filter(|problems| !problems.is_empty()) {
+            return Err(Error::Recording {
+                recording: recording.to_owned(),
+                problems,
+            });
+        }
+        let loops_end = parsed.is_some_and(|parsed| all_end(&parsed));
+        let constants: Vec<_> = kernel.constants().collect();
         let entries: Vec<_> = (0..).zip(kernel.bindings()).map(entry).collect();
         let compiled = device.checked(kernel.name(), 0, |device, _| {
-            let module = module(device, kernel);
+            let module = module(device, kernel.name(), source, loops_end);
             let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: name,
                 entries: &entries,
@@ -34,7 +51,7 @@ impl Pipeline {
                 module: &module,
                 entry_point: Some("main"),
                 compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: kernel.constants(),
+                    constants: &constants,
                     // Kernels set what they read of it.
                     zero_initialize_workgroup_memory: false,
                 },
@@ -57,13 +74,18 @@ impl Pipeline {
     unsafe_code,
     reason = "wgpu leaves out checks by an unsafe function only"
 )]
-fn module(device: &wgpu::Device, kernel: &Kernel) -> wgpu::ShaderModule {
+fn module(
+    device: &wgpu::Device,
+    name: &str,
+    source: String,
+    loops_end: bool,
+) -> wgpu::ShaderModule {
     let descriptor = wgpu::ShaderModuleDescriptor {
-        label: Some(kernel.name()),
-        source: wgpu::ShaderSource::Wgsl(kernel.source().into()),
+        label: Some(name),
+        source: wgpu::ShaderSource::Wgsl(source.into()),
     };
     let checks = wgpu::ShaderRuntimeChecks {
-        force_loop_bounding: !kernel.loops_end(),
+        force_loop_bounding: !loops_end,
         ..wgpu::ShaderRuntimeChecks::checked()
     };
     // SAFETY: all other checks are made, and this one is left out only of a shader that has no

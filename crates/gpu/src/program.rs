@@ -4,10 +4,11 @@ use std::sync::{Arc, Mutex};
 
 use bytemuck::Pod;
 
-use crate::buffer::{USES, allocate, write};
+use crate::buffer::{allocate, write};
 use crate::device::{Device, lock};
-use crate::error::{Error, Problem};
+use crate::error::{Error, Problem, Shortfall};
 use crate::recording::{AnySlot, Command, Dispatch, Groups, Recording, Shared, Slot};
+use crate::slots::{fill, resource};
 use crate::timing::{Clock, Timing};
 
 /// A recording made ready on a device: run it any number of times.
@@ -18,6 +19,8 @@ use crate::timing::{Clock, Timing};
 pub struct Program {
     pub(crate) device: Device,
     pub(crate) layout: Arc<Layout>,
+    /// Cleared before a run.
+    pub(crate) status: Option<wgpu::Buffer>,
     pub(crate) steps: Vec<Step>,
     pub(crate) clock: Option<Clock>,
     buffers: Vec<wgpu::Buffer>,
@@ -54,6 +57,12 @@ pub(crate) enum Step {
     },
 }
 
+impl Step {
+    pub(crate) fn is_download(&self) -> bool {
+        matches!(self, Self::Download { .. })
+    }
+}
+
 /// A dispatch with its buffers.
 #[derive(Debug)]
 pub(crate) struct Bound {
@@ -77,54 +86,76 @@ impl Program {
     ) -> Result<Self, Error> {
         recording.check(&device.limits(), device.features())?;
         let mut recording = recording.clone();
-        // A run begins without failures and ends with reading them.
+        // A run ends with reading the failures.
         if let Some(status) = recording.status {
-            recording.commands.insert(0, Command::Clear(status.any()));
             recording.download(status);
         }
-        let buffers = buffers(device, &recording, shared)?;
-        let mut layout = Layout {
-            recording,
-            downloads: Vec::new(),
-            ticks: 0,
-            bytes: 0,
-        };
+        let buffers = fill(device, &recording, shared)?;
+        let status = recording.status.map(|slot| slot.any().index as usize);
         let mut builder = Builder {
             device,
+            recording: &recording,
             buffers: &buffers,
             steps: Vec::new(),
         };
-        for command in &layout.recording.commands {
-            if let Command::Download(slot) = command {
-                layout.downloads.push((*slot, layout.bytes));
+        let mut counting = recording.downloads().peekable();
+        let mut downloads = Vec::new();
+        let mut bytes = 0;
+        for (number, command) in recording.commands.iter().enumerate() {
+            if let Some((_, slot)) = counting.next_if(|(counts, _)| *counts == number) {
+                downloads.push((slot, bytes));
+                bytes += builder.download(slot, bytes);
+            } else {
+                builder.command(command)?;
             }
-            builder.command(&layout.recording, command, &mut layout.bytes)?;
         }
-        layout.ticks = layout.bytes;
+        let steps = builder.steps;
+        drop(counting);
         Ok(Self {
-            steps: builder.steps,
+            status: status.map(|place| buffers[place].clone()),
+            steps,
             device: device.clone(),
-            layout: Arc::new(layout),
+            layout: Arc::new(Layout {
+                recording,
+                downloads,
+                ticks: bytes,
+                bytes,
+            }),
             clock: None,
             buffers,
             spare: Arc::default(),
         })
     }
 
-    /// Takes the time of the following runs on the GPU: around the whole, or also of each dispatch.
+    /// Takes the time of the following runs on the GPU: see [`Timing`].
     ///
     /// # Errors
-    /// [`Error::NoTimestamps`] where the device has none; [`Error::OutOfMemory`],
+    /// [`Error::NoTimestamps`] where the device has none; [`Error::Recording`] where results and
+    /// times together are larger than a buffer can be; [`Error::OutOfMemory`],
     /// [`Error::DeviceLost`].
     pub fn take_times(&mut self, timing: Timing) -> Result<(), Error> {
         let clock = Clock::new(&self.device, timing, &self.steps)?;
-        let ticks = clock.as_ref().map_or(0, Clock::bytes);
         let layout = &self.layout;
+        let bytes = layout.ticks + clock.as_ref().map_or(0, Clock::bytes);
+        let available = self.device.limits().max_buffer_size;
+        if bytes > available {
+            return Err(Error::Recording {
+                recording: layout.recording.name().to_owned(),
+                problems: vec![Problem::Limit {
+                    what: "what is downloaded, together with times,".to_owned(),
+                    shortfall: Shortfall::Limit {
+                        limit: "max_buffer_size",
+                        needed: bytes,
+                        available,
+                    },
+                }],
+            });
+        }
         self.layout = Arc::new(Layout {
             recording: layout.recording.clone(),
             downloads: layout.downloads.clone(),
             ticks: layout.ticks,
-            bytes: layout.ticks + ticks,
+            bytes,
         });
         self.clock = clock;
         // Of another size, and runs that are under way give theirs back to the old list.
@@ -175,85 +206,15 @@ impl Program {
     }
 }
 
-/// The buffers of a recording: made, or given.
-fn buffers(
-    device: &Device,
-    recording: &Recording,
-    shared: &[Shared],
-) -> Result<Vec<wgpu::Buffer>, Error> {
-    let mut indirect = vec![false; recording.buffers.len()];
-    let mut strides = vec![0_u64; recording.buffers.len()];
-    for command in &recording.commands {
-        if let Command::Dispatch(dispatch) = command {
-            for (slot, binding) in dispatch.buffers.iter().zip(dispatch.kernel.bindings()) {
-                strides[slot.index as usize] = binding.stride.into();
-            }
-            if let Groups::Indirect(slot, _) = dispatch.groups {
-                indirect[slot.index as usize] = true;
-            }
-        }
-    }
-    let mut problems = Vec::new();
-    let mut buffers = Vec::with_capacity(recording.buffers.len());
-    for (number, declaration) in (0..).zip(&recording.buffers) {
-        let slot = AnySlot {
-            recording: recording.id,
-            index: number,
-        };
-        let given = shared.iter().find(|given| given.slot == slot);
-        let place = number as usize;
-        let mut wrong = |reason| {
-            problems.push(Problem::Shared {
-                buffer: declaration.name.clone(),
-                reason,
-            });
-        };
-        match given {
-            Some(_) if !declaration.shared => wrong("it was not declared as shared"),
-            Some(given) if given.bytes != declaration.bytes() => {
-                wrong("the buffer given has another length");
-            }
-            Some(_) if indirect[place] => {
-                wrong("numbers of workgroups must lie in the recording's own buffers");
-            }
-            Some(given) => buffers.push(given.buffer.clone()),
-            None if declaration.shared => wrong("no buffer was given for it"),
-            None => {
-                let mut usage = USES;
-                // Only where needed: it costs a bind group each.
-                usage.set(wgpu::BufferUsages::INDIRECT, indirect[place]);
-                let bytes = declaration.bytes().max(strides[place]);
-                let buffer = allocate(device, &declaration.name, bytes, usage)?;
-                if let Some(content) = &declaration.content {
-                    write(device, &declaration.name, &buffer, content.len(), content)?;
-                }
-                buffers.push(buffer);
-            }
-        }
-    }
-    if problems.is_empty() {
-        return Ok(buffers);
-    }
-    Err(Error::Recording {
-        recording: recording.name.clone(),
-        problems,
-    })
-}
-
 struct Builder<'a> {
     device: &'a Device,
+    recording: &'a Recording,
     buffers: &'a [wgpu::Buffer],
     steps: Vec<Step>,
 }
 
 impl Builder<'_> {
-    fn command(
-        &mut self,
-        recording: &Recording,
-        command: &Command,
-        end: &mut u64,
-    ) -> Result<(), Error> {
-        let bytes = |slot: &AnySlot| recording.declaration(*slot).map_or(0, |d| d.bytes());
+    fn command(&mut self, command: &Command) -> Result<(), Error> {
         let step = match command {
             Command::Dispatch(dispatch) => {
                 let bound = self.bind(dispatch)?;
@@ -276,30 +237,35 @@ impl Builder<'_> {
             Command::Copy { from, to } => Step::Copy {
                 from: self.buffer(*from),
                 to: self.buffer(*to),
-                bytes: bytes(from),
+                bytes: self.bytes(*from),
             },
             Command::Clear(slot) => Step::Clear(self.buffer(*slot)),
-            Command::Download(slot) => {
-                let at = *end;
-                *end += bytes(slot);
-                Step::Download {
-                    from: self.buffer(*slot),
-                    at,
-                    bytes: bytes(slot),
-                }
-            }
+            // One that does not count: there is another of the same buffer later.
+            Command::Download(_) => return Ok(()),
         };
         self.steps.push(step);
         Ok(())
     }
 
+    /// Its size \[byte\].
+    fn download(&mut self, slot: AnySlot, at: u64) -> u64 {
+        let bytes = self.bytes(slot);
+        self.steps.push(Step::Download {
+            from: self.buffer(slot),
+            at,
+            bytes,
+        });
+        bytes
+    }
+
     fn bind(&self, dispatch: &Dispatch) -> Result<Bound, Error> {
-        let compiled = self.device.pipeline(&dispatch.kernel)?;
+        let name = self.recording.name();
+        let compiled = self.device.pipeline(name, &dispatch.kernel)?;
         let entries: Vec<_> = (0..)
             .zip(&dispatch.buffers)
             .map(|(binding, slot)| wgpu::BindGroupEntry {
                 binding,
-                resource: self.buffers[slot.index as usize].as_entire_binding(),
+                resource: resource(self.recording, self.buffers, *slot),
             })
             .collect();
         let buffers = self.device.checked(&dispatch.label, 0, |device, _| {
@@ -318,6 +284,11 @@ impl Builder<'_> {
                 Groups::Indirect(slot, offset) => BoundGroups::Indirect(self.buffer(slot), offset),
             },
         })
+    }
+
+    fn bytes(&self, slot: AnySlot) -> u64 {
+        let declaration = self.recording.declaration(slot);
+        declaration.map_or(0, |declaration| declaration.bytes())
     }
 
     fn buffer(&self, slot: AnySlot) -> wgpu::Buffer {

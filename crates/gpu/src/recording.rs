@@ -2,12 +2,14 @@
 
 use std::marker::PhantomData;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use bytemuck::Pod;
 
 use crate::buffer::Buffer;
+use crate::device::Device;
 use crate::kernel::Kernel;
+use crate::problem::Problem;
 
 /// A buffer of a recording, by its place in it.
 #[derive(Debug)]
@@ -39,8 +41,10 @@ impl<T> Slot<T> {
     {
         Shared {
             slot: self.any,
+            device: buffer.device().clone(),
+            name: buffer.name().to_owned(),
             buffer: buffer.raw().clone(),
-            bytes: buffer.len() as u64 * size_of::<T>() as u64,
+            len: buffer.len() as u64,
         }
     }
 }
@@ -48,30 +52,37 @@ impl<T> Slot<T> {
 /// A [`Slot`] of any type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct AnySlot {
-    pub(crate) recording: u32,
+    /// Of this declaration and no other, in whatever recording: a clone of a recording has the
+    /// same buffers, and what is declared in one later is unknown to the other.
+    id: u64,
     pub(crate) index: u32,
+}
+
+/// A number that no declaration has yet.
+fn next_id() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 /// A buffer for a slot that was declared with [`Recording::shared`].
 #[derive(Clone, Debug)]
 pub struct Shared {
     pub(crate) slot: AnySlot,
+    pub(crate) device: Device,
+    pub(crate) name: String,
     pub(crate) buffer: wgpu::Buffer,
-    pub(crate) bytes: u64,
+    pub(crate) len: u64,
 }
 
 /// A part of a recording whose kernels can report failures, by its bit in the status word.
 ///
 /// A kernel that can fail binds [`Recording::status`] last and is given
 /// `.constant("STAGE", stage)`; the part [`STATUS`](crate::STATUS) declares both and the function
-/// `fail(element)`.
+/// `fail(element)`. A kernel with that part and without these is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stage(pub(crate) u8);
-
-impl From<Stage> for f64 {
-    fn from(stage: Stage) -> Self {
-        Self::from(stage.0)
-    }
+pub struct Stage {
+    id: u64,
+    pub(crate) bit: u8,
 }
 
 /// How many workgroups a dispatch has.
@@ -87,7 +98,7 @@ pub(crate) enum Command {
     Upload { to: AnySlot, data: Arc<[u8]> },
     Copy { from: AnySlot, to: AnySlot },
     Clear(AnySlot),
-    Dispatch(Dispatch),
+    Dispatch(Box<Dispatch>),
     Download(AnySlot),
 }
 
@@ -102,6 +113,7 @@ pub(crate) struct Dispatch {
 /// What is known of a buffer before there is one.
 #[derive(Clone, Debug)]
 pub(crate) struct Declaration {
+    id: u64,
     pub(crate) name: String,
     pub(crate) element: &'static str,
     pub(crate) stride: u64,
@@ -111,8 +123,9 @@ pub(crate) struct Declaration {
 }
 
 impl Declaration {
+    /// Size \[byte\]. One that cannot be counted is refused by [`Recording::check`].
     pub(crate) fn bytes(&self) -> u64 {
-        self.len * self.stride
+        self.len.saturating_mul(self.stride)
     }
 }
 
@@ -121,14 +134,18 @@ impl Declaration {
 ///
 /// Commands take effect in order, each after all before it. Building cannot fail; what does not fit
 /// together is reported by [`Recording::check`], all at once.
+///
+/// Slots are good for the recording they come from and for clones of it that are made later.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    pub(crate) id: u32,
     pub(crate) name: String,
     pub(crate) buffers: Vec<Declaration>,
     pub(crate) commands: Vec<Command>,
-    pub(crate) stages: Vec<String>,
+    /// Of each stage, its number and its name.
+    pub(crate) stages: Vec<(u64, String)>,
     pub(crate) status: Option<Slot<u32>>,
+    /// What did not fit together while it was built.
+    pub(crate) problems: Vec<Problem>,
     scopes: Vec<String>,
 }
 
@@ -136,15 +153,13 @@ impl Recording {
     /// An empty recording.
     #[must_use]
     pub fn new(name: &str) -> Self {
-        // Tells slots of one recording from those of another.
-        static NEXT: AtomicU32 = AtomicU32::new(0);
         Self {
-            id: NEXT.fetch_add(1, Ordering::Relaxed),
             name: name.to_owned(),
             buffers: Vec::new(),
             commands: Vec::new(),
             stages: Vec::new(),
             status: None,
+            problems: Vec::new(),
             scopes: Vec::new(),
         }
     }
@@ -209,11 +224,12 @@ impl Recording {
         self.push_dispatch(
             kernel,
             buffers,
-            Groups::Indirect(groups.any, 4 * first as u64),
+            Groups::Indirect(groups.any, (first as u64).saturating_mul(4)),
         );
     }
 
-    /// Makes the content that a buffer has here readable after the run.
+    /// Makes the content that a buffer has here readable after the run. Of several downloads of a
+    /// buffer the last counts.
     pub fn download<T>(&mut self, slot: Slot<T>) {
         self.commands.push(Command::Download(slot.any));
     }
@@ -226,11 +242,15 @@ impl Recording {
         result
     }
 
-    /// A further stage that can fail, 32 at most. See [`Stage`].
+    /// The stage of this name, 32 of them at most. See [`Stage`].
     pub fn stage(&mut self, name: &str) -> Stage {
-        self.stages.push(name.to_owned());
-        // Beyond the 32nd the recording is refused, so that the bit is never used.
-        Stage(u8::try_from(self.stages.len() - 1).unwrap_or(u8::MAX))
+        if let Some(bit) = self.stages.iter().position(|(_, stage)| stage == name) {
+            let (id, bit) = (self.stages[bit].0, stage_bit(bit));
+            return Stage { id, bit };
+        }
+        let (id, bit) = (next_id(), stage_bit(self.stages.len()));
+        self.stages.push((id, name.to_owned()));
+        Stage { id, bit }
     }
 
     /// The status word and the first failing element of each stage, zero before a run; read after
@@ -259,18 +279,45 @@ impl Recording {
     }
 
     pub(crate) fn declaration(&self, slot: AnySlot) -> Option<&Declaration> {
-        let own = slot.recording == self.id;
-        own.then(|| self.buffers.get(slot.index as usize))?
+        let declaration = self.buffers.get(slot.index as usize);
+        declaration.filter(|declaration| declaration.id == slot.id)
+    }
+
+    /// Whether a stage is one of this recording's.
+    pub(crate) fn has_stage(&self, stage: Stage) -> bool {
+        let declared = self.stages.get(usize::from(stage.bit));
+        declared.is_some_and(|(id, _)| *id == stage.id)
+    }
+
+    /// Number and buffer of the downloads that count.
+    pub(crate) fn downloads(&self) -> impl Iterator<Item = (usize, AnySlot)> {
+        let commands = self.commands.iter().enumerate();
+        commands.filter_map(|(number, command)| match command {
+            Command::Download(slot) => {
+                let again = |c: &Command| matches!(c, Command::Download(later) if later == slot);
+                let counts = !self.commands[number + 1..].iter().any(again);
+                counts.then_some((number, *slot))
+            }
+            _ => None,
+        })
     }
 
     fn push_dispatch(&mut self, kernel: &Kernel, buffers: &[AnySlot], groups: Groups) {
         let label = self.label(kernel.name());
-        self.commands.push(Command::Dispatch(Dispatch {
+        self.commands.push(Command::Dispatch(Box::new(Dispatch {
             label,
             kernel: kernel.clone(),
             buffers: buffers.to_vec(),
             groups,
-        }));
+        })));
+    }
+
+    /// What is recorded now.
+    pub(crate) fn scope_name(&self) -> String {
+        if self.scopes.is_empty() {
+            return self.name.clone();
+        }
+        self.scopes.join(".")
     }
 
     /// Scopes and name, with dots between.
@@ -287,8 +334,10 @@ impl Recording {
         shared: bool,
     ) -> Slot<T> {
         let name = self.label(name);
+        let id = next_id();
         let index = u32::try_from(self.buffers.len()).unwrap_or(u32::MAX);
         self.buffers.push(Declaration {
+            id,
             name,
             element: std::any::type_name::<T>(),
             stride: size_of::<T>() as u64,
@@ -297,13 +346,15 @@ impl Recording {
             shared,
         });
         Slot {
-            any: AnySlot {
-                recording: self.id,
-                index,
-            },
+            any: AnySlot { id, index },
             element: PhantomData,
         }
     }
+}
+
+/// Beyond the 32nd stage the recording is refused, so that the bit is never used.
+fn stage_bit(place: usize) -> u8 {
+    u8::try_from(place).unwrap_or(u8::MAX)
 }
 
 /// The word of bits, then for each stage the complement of its first failing element.

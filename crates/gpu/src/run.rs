@@ -2,12 +2,14 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use crate::device::{Device, lock};
+use crate::encode::Run;
 use crate::error::{Error, Failure};
 use crate::output::Output;
-use crate::program::{Bound, BoundGroups, Layout, Program, Step};
-use crate::timing::{Clock, Timing};
+use crate::program::{Layout, Program};
+use crate::timing::Timing;
 
 /// Reading has not been granted yet, is granted, is refused.
 const WAITING: u8 = 0;
@@ -21,19 +23,39 @@ impl Program {
     /// # Errors
     /// [`Error::DeviceLost`], [`Error::OutOfMemory`].
     pub fn run(&self) -> Result<Pending, Error> {
+        self.run_times(1)
+    }
+
+    /// Submits so many runs in one, which is cheaper than one by one. What the last repetition
+    /// downloads is read; failures are those of all, of each stage the smallest element. Of no
+    /// repetition the buffers are read as they are.
+    ///
+    /// # Errors
+    /// Those of [`Program::run`].
+    pub fn run_times(&self, repetitions: u32) -> Result<Pending, Error> {
         let results = Results {
             buffer: self.staging()?,
             spare: Arc::clone(&self.spare),
         };
         let state = Arc::new(AtomicU8::new(WAITING));
         let name = self.layout.recording.name();
+        // Timestamps that are not written cannot be read.
+        let clock = self.clock.as_ref().filter(|_| repetitions > 0);
         let submission = self
             .device
             .checked(name, self.layout.bytes, |device, queue| {
                 let label = Some(name);
                 let mut encoder =
                     device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label });
-                self.encode(&mut encoder, results.buffer.as_ref());
+                let mut run = Run {
+                    encoder: &mut encoder,
+                    status: self.status.as_ref(),
+                    steps: &self.steps,
+                    clock,
+                    results: results.buffer.as_ref(),
+                    ticks: self.layout.ticks,
+                };
+                run.encode(repetitions);
                 let submission = queue.submit([encoder.finish()]);
                 if let Some(buffer) = &results.buffer {
                     let state = Arc::clone(&state);
@@ -47,86 +69,12 @@ impl Program {
         Ok(Pending {
             device: self.device.clone(),
             layout: Arc::clone(&self.layout),
-            timing: self.clock.as_ref().map_or(Timing::Off, |c| c.timing),
-            labels: self.clock.as_ref().map(|clock| Arc::clone(&clock.labels)),
+            timing: clock.map_or(Timing::Off, |clock| clock.timing),
+            labels: clock.map(|clock| Arc::clone(&clock.labels)),
             submission,
             state,
             results,
         })
-    }
-
-    /// The only place that encodes passes.
-    fn encode(&self, encoder: &mut wgpu::CommandEncoder, results: Option<&wgpu::Buffer>) {
-        let is_pass = |step: &Step| matches!(step, Step::Pass(_));
-        let first = self.steps.iter().position(is_pass);
-        let last = self.steps.iter().rposition(is_pass);
-        let mut timed = 0;
-        for (number, step) in self.steps.iter().enumerate() {
-            match step {
-                Step::Pass(dispatches) => match &self.clock {
-                    Some(clock) if clock.timing == Timing::Dispatches => {
-                        for dispatch in dispatches {
-                            let times = (timed < clock.count())
-                                .then(|| clock.writes(Some(timed), Some(timed + 1)))
-                                .flatten();
-                            timed += 2;
-                            encode_pass(encoder, std::slice::from_ref(dispatch), times);
-                        }
-                    }
-                    clock => {
-                        let start = (first == Some(number)).then_some(0);
-                        let end = (last == Some(number)).then_some(1);
-                        let times = clock.as_ref().and_then(|clock| clock.writes(start, end));
-                        encode_pass(encoder, dispatches, times);
-                    }
-                },
-                Step::Copy { from, to, bytes } => {
-                    encoder.copy_buffer_to_buffer(from, 0, to, 0, *bytes);
-                }
-                Step::Clear(buffer) => encoder.clear_buffer(buffer, 0, None),
-                Step::Download { from, at, bytes } => {
-                    if let Some(results) = results {
-                        encoder.copy_buffer_to_buffer(from, 0, results, *at, *bytes);
-                    }
-                }
-            }
-        }
-        if let (Some(clock), Some(results)) = (&self.clock, results) {
-            self.encode_clock(encoder, clock, results);
-        }
-    }
-
-    fn encode_clock(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        clock: &Clock,
-        results: &wgpu::Buffer,
-    ) {
-        let resolved = &clock.resolved;
-        encoder.resolve_query_set(&clock.queries, 0..clock.count(), resolved, 0);
-        let at = self.layout.ticks;
-        encoder.copy_buffer_to_buffer(resolved, 0, results, at, clock.bytes());
-    }
-}
-
-fn encode_pass(
-    encoder: &mut wgpu::CommandEncoder,
-    dispatches: &[Bound],
-    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
-) {
-    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-        label: None,
-        timestamp_writes,
-    });
-    for dispatch in dispatches {
-        pass.set_pipeline(&dispatch.pipeline);
-        pass.set_bind_group(0, &dispatch.buffers, &[]);
-        match &dispatch.groups {
-            BoundGroups::Direct([x, y, z]) => pass.dispatch_workgroups(*x, *y, *z),
-            BoundGroups::Indirect(buffer, offset) => {
-                pass.dispatch_workgroups_indirect(buffer, *offset);
-            }
-        }
     }
 }
 
@@ -196,9 +144,12 @@ impl Pending {
             submission_index: Some(self.submission.clone()),
             timeout: None,
         })?;
-        let refused = |message: &str| Error::Driver {
-            what: format!("reading the results of `{}`", self.layout.recording.name()),
-            message: message.to_owned(),
+        self.wait_for_callback();
+        let refused = |message: &str| {
+            self.device.explained(Error::Driver {
+                what: format!("reading the results of `{}`", self.layout.recording.name()),
+                message: message.to_owned(),
+            })
         };
         if self.results.buffer.is_some() {
             match self.state.load(Ordering::Acquire) {
@@ -207,23 +158,37 @@ impl Pending {
                 _ => return Err(refused("the memory could not be mapped")),
             }
         }
+        let device = self.device;
         let output = Output::new(
             self.layout,
             self.results,
             self.timing,
             self.labels,
-            self.device.raw().1.get_timestamp_period(),
-        )?;
+            device.raw().1.get_timestamp_period(),
+        )
+        .map_err(|error| device.explained(error))?;
         let failures = output.failures();
         Ok((output, failures))
     }
 
+    /// Another thread that waits for the device at the same time may have taken this run's callback
+    /// from wgpu and be about to call it.
+    fn wait_for_callback(&self) {
+        const PATIENCE: u32 = 10_000;
+        // A thread of a browser cannot sleep, and there is no other.
+        if self.results.buffer.is_none() || cfg!(target_arch = "wasm32") {
+            return;
+        }
+        for _ in 0..PATIENCE {
+            if self.state.load(Ordering::Acquire) != WAITING {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
     fn poll(&self, how: wgpu::PollType) -> Result<(), Error> {
-        let polled = self.device.raw().0.poll(how);
-        self.device.alive()?;
-        polled.map(drop).map_err(|error| Error::Driver {
-            what: format!("waiting for `{}`", self.layout.recording.name()),
-            message: error.to_string(),
-        })
+        let what = format!("waiting for `{}`", self.layout.recording.name());
+        self.device.poll(&what, how)
     }
 }

@@ -1,4 +1,6 @@
-//! Time on the GPU, by timestamps around passes.
+//! Time on the GPU, by timestamps.
+
+use std::sync::Arc;
 
 use crate::device::Device;
 use crate::error::Error;
@@ -10,9 +12,13 @@ pub enum Timing {
     /// Nothing.
     #[default]
     Off,
-    /// From the start of the first dispatch to the end of the last.
+    /// From the start of the first dispatch to the end of the last. Uploads, copies and clears before
+    /// and downloads after them do not count, those between them do.
     Whole,
-    /// Also of each dispatch. Each then is a pass of its own, so that the whole takes longer.
+    /// From before the first command to after the last, of whatever kind, downloads too.
+    Commands,
+    /// As [`Timing::Whole`], and of each dispatch. Each then is a pass of its own, so that the whole
+    /// takes longer. Of a run with [repetitions](crate::Program::run_times) the last is timed.
     Dispatches,
 }
 
@@ -20,12 +26,15 @@ pub enum Timing {
 #[derive(Debug)]
 pub(crate) struct Clock {
     pub(crate) timing: Timing,
-    pub(crate) queries: wgpu::QuerySet,
-    pub(crate) resolved: wgpu::Buffer,
-    /// Labels of the dispatches, in profile mode.
-    pub(crate) labels: std::sync::Arc<[String]>,
+    /// Each holds a limited number; all but the last are full.
+    sets: Vec<wgpu::QuerySet>,
+    resolved: wgpu::Buffer,
+    /// Labels of the dispatches, where each is timed.
+    pub(crate) labels: Arc<[String]>,
     count: u32,
 }
+
+const PER_SET: u32 = wgpu::QUERY_SET_MAX_QUERIES;
 
 impl Clock {
     /// Timestamps for these steps; none where nothing is to be timed.
@@ -38,8 +47,13 @@ impl Clock {
             Step::Pass(pass) => Some(pass),
             _ => None,
         });
-        let labels: Vec<String> = passes.flatten().map(|d| d.label.clone()).collect();
-        if timing == Timing::Off || labels.is_empty() {
+        let mut labels: Vec<String> = passes.flatten().map(|d| d.label.clone()).collect();
+        let nothing = match timing {
+            Timing::Off => true,
+            Timing::Whole | Timing::Dispatches => labels.is_empty(),
+            Timing::Commands => false,
+        };
+        if nothing {
             return Ok(None);
         }
         if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
@@ -47,22 +61,24 @@ impl Clock {
                 adapter: device.info().name.clone(),
             });
         }
-        // A query set has a limited size; dispatches beyond it are not timed one by one.
-        let most = wgpu::QUERY_SET_MAX_QUERIES as usize / 2;
-        let labels = match timing {
-            Timing::Dispatches => labels.into_iter().take(most).collect(),
-            _ => Vec::new(),
-        };
-        let count = 2 * u32::try_from(labels.len().max(1)).unwrap_or(1);
+        if timing != Timing::Dispatches {
+            labels.clear();
+        }
+        // No recording of 2^31 dispatches fits into memory.
+        let count = 2 * u32::try_from(labels.len().max(1)).unwrap_or(u32::MAX / 2);
         let bytes = u64::from(count) * u64::from(wgpu::QUERY_SIZE);
         device
             .checked("timestamps", bytes, |device, _| Self {
                 timing,
-                queries: device.create_query_set(&wgpu::QuerySetDescriptor {
-                    label: Some("timestamps"),
-                    ty: wgpu::QueryType::Timestamp,
-                    count,
-                }),
+                sets: (0..count.div_ceil(PER_SET))
+                    .map(|set| {
+                        device.create_query_set(&wgpu::QuerySetDescriptor {
+                            label: Some("timestamps"),
+                            ty: wgpu::QueryType::Timestamp,
+                            count: (count - set * PER_SET).min(PER_SET),
+                        })
+                    })
+                    .collect(),
                 resolved: device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("timestamps"),
                     size: bytes,
@@ -75,26 +91,69 @@ impl Clock {
             .map(Some)
     }
 
-    /// Number of timestamps.
-    pub(crate) fn count(&self) -> u32 {
-        self.count
-    }
-
     /// Size of the timestamps \[byte\].
     pub(crate) fn bytes(&self) -> u64 {
         u64::from(self.count) * u64::from(wgpu::QUERY_SIZE)
     }
 
-    /// Timestamps at the start and the end of a pass.
+    /// Timestamps around the pass of this dispatch.
+    pub(crate) fn around(&self, dispatch: u32) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        self.writes(2 * dispatch, [true, true])
+    }
+
+    /// The timestamp at the start of a run.
+    pub(crate) fn start(&self, encoder: &mut wgpu::CommandEncoder) {
+        mark(encoder, self.writes(0, [true, false]));
+    }
+
+    /// The timestamp at the end of a run.
+    pub(crate) fn end(&self, encoder: &mut wgpu::CommandEncoder) {
+        mark(encoder, self.writes(0, [false, true]));
+    }
+
+    /// Timestamp `first` at the start of a pass, the next at its end; `first` is even, so that both
+    /// are in one set.
     pub(crate) fn writes(
         &self,
-        start: Option<u32>,
-        end: Option<u32>,
+        first: u32,
+        [start, end]: [bool; 2],
     ) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
-        (start.is_some() || end.is_some()).then_some(wgpu::ComputePassTimestampWrites {
-            query_set: &self.queries,
-            beginning_of_pass_write_index: start,
-            end_of_pass_write_index: end,
+        if !start && !end {
+            return None;
+        }
+        let query_set = self.sets.get((first / PER_SET) as usize)?;
+        let place = first % PER_SET;
+        Some(wgpu::ComputePassTimestampWrites {
+            query_set,
+            beginning_of_pass_write_index: start.then_some(place),
+            end_of_pass_write_index: end.then_some(place + 1),
         })
     }
+
+    /// Copies the timestamps to the results.
+    pub(crate) fn download(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        results: &wgpu::Buffer,
+        at: u64,
+    ) {
+        for (number, set) in (0_u32..).zip(&self.sets) {
+            let first = number * PER_SET;
+            let count = (self.count - first).min(PER_SET);
+            let place = u64::from(first) * u64::from(wgpu::QUERY_SIZE);
+            encoder.resolve_query_set(set, 0..count, &self.resolved, place);
+        }
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, results, at, self.bytes());
+    }
+}
+
+/// A pass of nothing: timestamps belong to passes on every device, between them only on some.
+fn mark(
+    encoder: &mut wgpu::CommandEncoder,
+    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+) {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: None,
+        timestamp_writes,
+    });
 }

@@ -3,95 +3,14 @@
 //! A twin computes named stages from named inputs, once on the CPU and once as a recording. The
 //! tests of a backend, and the replay of a failure on another machine, are comparisons of twins.
 
+use crate::capture::{Capture, CaptureError};
 use crate::device::Device;
 use crate::error::{Error, Failure};
 use crate::recording::{Recording, Slot};
 
-/// A named array of numbers.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Named {
-    /// Its name.
-    pub name: String,
-    /// Its elements.
-    pub values: Values,
-}
+mod values;
 
-impl Named {
-    /// Names an array.
-    pub fn new(name: &str, values: impl Into<Values>) -> Self {
-        Self {
-            name: name.to_owned(),
-            values: values.into(),
-        }
-    }
-}
-
-/// An array of one of the types that kernels compute with.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Values {
-    /// Words.
-    U32(Vec<u32>),
-    /// Single precision.
-    F32(Vec<f32>),
-    /// Double precision.
-    F64(Vec<f64>),
-}
-
-impl From<Vec<u32>> for Values {
-    fn from(values: Vec<u32>) -> Self {
-        Self::U32(values)
-    }
-}
-
-impl From<Vec<f32>> for Values {
-    fn from(values: Vec<f32>) -> Self {
-        Self::F32(values)
-    }
-}
-
-impl From<Vec<f64>> for Values {
-    fn from(values: Vec<f64>) -> Self {
-        Self::F64(values)
-    }
-}
-
-impl Values {
-    /// Number of elements.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        match self {
-            Self::U32(values) => values.len(),
-            Self::F32(values) => values.len(),
-            Self::F64(values) => values.len(),
-        }
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// An element as a number; none beyond the end.
-    #[must_use]
-    pub fn get(&self, index: usize) -> Option<f64> {
-        match self {
-            Self::U32(values) => values.get(index).map(|&value| value.into()),
-            Self::F32(values) => values.get(index).map(|&value| value.into()),
-            Self::F64(values) => values.get(index).copied(),
-        }
-    }
-
-    /// The words of a `u32` array; none of another type's.
-    #[must_use]
-    pub fn words(&self) -> &[u32] {
-        match self {
-            Self::U32(values) => values,
-            _ => &[],
-        }
-    }
-}
+pub use values::{Named, Values};
 
 /// A buffer of a recording that holds a stage.
 #[derive(Clone, Copy, Debug)]
@@ -140,8 +59,9 @@ pub struct Comparison {
     pub cpu: Values,
     /// On the GPU.
     pub gpu: Values,
-    /// Largest difference of two elements, over the largest of the CPU's \[1\]; infinite where one
-    /// side has NaN or another length.
+    /// Largest difference of two elements, over the largest finite one of the CPU's \[1\]. Infinite
+    /// where either side has NaN, one has an infinity and not the other the same, or types or
+    /// lengths differ.
     pub error: f64,
     /// The first element that differs in any bit.
     pub first_difference: Option<usize>,
@@ -187,33 +107,52 @@ impl Twin {
                 (self.tolerance)(stage.name, inputs),
             ));
         }
+        // What only one side computes is not the same.
+        for Named { name, values } in expected {
+            if comparisons.iter().all(|c: &Comparison| c.stage != name) {
+                let nothing = Values::U32(Vec::new());
+                comparisons.push(Comparison::new(&name, values, nothing, 0.0));
+            }
+        }
         Ok((comparisons, failures))
+    }
+
+    /// What it was given, to be written to a file.
+    ///
+    /// # Errors
+    /// [`CaptureError::Inputs`], which arrays do not cause.
+    pub fn capture(
+        &self,
+        device: &Device,
+        inputs: &[Named],
+        reason: &str,
+    ) -> Result<Capture, CaptureError> {
+        Capture::new(self.name, &device.description(), reason, &inputs)
     }
 }
 
 impl Comparison {
-    fn new(stage: &str, cpu: Values, gpu: Values, tolerance: f64) -> Self {
-        let largest = (0..cpu.len()).filter_map(|i| cpu.get(i));
-        let largest = largest.fold(0.0_f64, |m, x| m.max(x.abs()));
-        let mut error = if cpu.len() == gpu.len() {
-            0.0
-        } else {
-            f64::INFINITY
+    /// Compares a stage element by element.
+    #[must_use]
+    pub fn new(stage: &str, cpu: Values, gpu: Values, tolerance: f64) -> Self {
+        let numbers = |values: &Values| -> Vec<f64> {
+            (0..values.len()).filter_map(|i| values.get(i)).collect()
         };
-        let mut first_difference = (cpu.len() != gpu.len()).then_some(cpu.len().min(gpu.len()));
-        for (i, (a, b)) in (0..cpu.len()).filter_map(|i| Some((i, (cpu.get(i)?, gpu.get(i)?)))) {
-            if a.to_bits() == b.to_bits() {
-                continue;
+        let pairs: Vec<_> = numbers(&cpu).into_iter().zip(numbers(&gpu)).collect();
+        let finite = pairs.iter().map(|(a, _)| a.abs()).filter(|a| a.is_finite());
+        let largest = finite.fold(0.0, f64::max);
+        let is_alike =
+            std::mem::discriminant(&cpu) == std::mem::discriminant(&gpu) && cpu.len() == gpu.len();
+        let mut error = if is_alike { 0.0 } else { f64::INFINITY };
+        let mut first_difference = None;
+        for (i, (a, b)) in pairs.iter().enumerate() {
+            if a.to_bits() != b.to_bits() && first_difference.is_none() {
+                first_difference = Some(i);
             }
-            first_difference = Some(first_difference.map_or(i, |first| first.min(i)));
-            // Zeros of different signs differ in bits alone.
-            let difference = if a == b { 0.0 } else { (a - b).abs() / largest };
-            // NaN on either side.
-            error = if difference.is_nan() {
-                f64::INFINITY
-            } else {
-                error.max(difference)
-            };
+            error = error.max(difference(*a, *b, largest));
+        }
+        if cpu.len() != gpu.len() {
+            first_difference = first_difference.or(Some(pairs.len()));
         }
         Self {
             stage: stage.to_owned(),
@@ -232,6 +171,20 @@ impl Comparison {
     }
 }
 
+/// Difference of two numbers relative to the largest of many, which no arithmetic with infinities or
+/// NaN can make small.
+fn difference(a: f64, b: f64, largest: f64) -> f64 {
+    if a == b {
+        // Equal infinities too, and zeros, whose signs differ in bits alone.
+        return 0.0;
+    }
+    let relative = (a - b).abs() / largest;
+    if a.is_finite() && b.is_finite() && relative.is_finite() {
+        return relative;
+    }
+    f64::INFINITY
+}
+
 fn first<T>(mut values: Vec<T>, len: usize) -> Vec<T> {
     values.truncate(len);
     values
@@ -248,12 +201,48 @@ mod tests {
     #[test]
     fn what_differs_does_not_pass() {
         assert!(compare(vec![1.0, 2.0], vec![1.0, 2.0]).passes());
+        assert!(compare(vec![1.0, 2.0], vec![1.0, 2.0 + 1e-12]).passes());
         let planted = compare(vec![1.0, 2.0], vec![1.0, 2.1]);
         assert!(!planted.passes() && planted.first_difference == Some(1));
-        assert!(!compare(vec![1.0, 2.0], vec![1.0, f64::NAN]).passes());
         assert!(!compare(vec![1.0, 2.0], vec![1.0]).passes());
+        assert!(!compare(vec![1.0], vec![1.0, 2.0]).passes());
         assert!(!compare(vec![0.0], vec![1e-300]).passes());
         let signs = compare(vec![0.0], vec![-0.0]);
         assert!(signs.passes() && signs.first_difference == Some(0));
+        let types = Comparison::new("stage", vec![1_u32].into(), vec![1.0_f32].into(), 1e-12);
+        assert!(!types.passes());
+    }
+
+    #[test]
+    fn infinities_hide_nothing() {
+        const INF: f64 = f64::INFINITY;
+        assert!(compare(vec![INF, 1.0], vec![INF, 1.0]).passes());
+        // Behind an infinity every difference would be relatively small.
+        let behind = compare(vec![INF, 1.0], vec![INF, 2.0]);
+        assert!(!behind.passes() && behind.first_difference == Some(1));
+        for (cpu, gpu) in [(INF, -INF), (INF, f64::MAX), (1.0, INF), (INF, 0.0)] {
+            assert!(
+                !compare(vec![cpu, 1.0], vec![gpu, 1.0]).passes(),
+                "{cpu} {gpu}"
+            );
+        }
+        // Their difference overflows.
+        assert!(!compare(vec![f64::MAX], vec![-f64::MAX]).passes());
+        // Only infinities: nothing to be relative to.
+        assert!(compare(vec![INF], vec![INF]).passes());
+        assert!(!compare(vec![INF, 0.0], vec![INF, 1e-300]).passes());
+    }
+
+    #[test]
+    fn nan_never_passes() {
+        const NAN: f64 = f64::NAN;
+        for (cpu, gpu) in [(NAN, NAN), (1.0, NAN), (NAN, 1.0)] {
+            // Nor does a later element make up for it.
+            let found = compare(vec![cpu, 1.0], vec![gpu, 1.0]);
+            assert!(!found.passes() && found.error == f64::INFINITY);
+        }
+        let singles = vec![1.0_f32, f32::NAN];
+        let same = Comparison::new("stage", singles.clone().into(), singles.into(), 1.0);
+        assert!(!same.passes());
     }
 }

@@ -1,7 +1,7 @@
 //! Recordings are built, checked and printed without a GPU.
 
 use vertebra_gpu::wgpu::{Features, Limits};
-use vertebra_gpu::{Binding, Error, Kernel, Problem, Recording, Shortfall, workgroups};
+use vertebra_gpu::{Binding, Error, Kernel, Problem, Recording, STATUS, Shortfall, workgroups};
 
 /// Never compiled here.
 const BLEND: Kernel = Kernel::new(
@@ -12,7 +12,7 @@ const BLEND: Kernel = Kernel::new(
         Binding::read::<f32>("source"),
         Binding::read_write::<f32>("target"),
     ],
-    [256, 1, 1],
+    [64, 2, 2],
 )
 .workgroup_memory_of(1024);
 
@@ -71,7 +71,7 @@ fn what_fits_has_no_problem() {
 #[test]
 fn each_limit_is_checked_to_the_unit() {
     type Lower = fn(&mut Limits, u32);
-    let cases: [(&str, u32, Lower); 9] = [
+    let cases: [(&str, u32, Lower); 11] = [
         ("max_buffer_size", 4000, |l, x| l.max_buffer_size = x.into()),
         ("max_storage_buffer_binding_size", 4000, |l, x| {
             l.max_storage_buffer_binding_size = x.into();
@@ -85,8 +85,14 @@ fn each_limit_is_checked_to_the_unit() {
         ("max_uniform_buffers_per_shader_stage", 1, |l, x| {
             l.max_uniform_buffers_per_shader_stage = x;
         }),
-        ("max_compute_workgroup_size_x", 256, |l, x| {
+        ("max_compute_workgroup_size_x", 64, |l, x| {
             l.max_compute_workgroup_size_x = x;
+        }),
+        ("max_compute_workgroup_size_y", 2, |l, x| {
+            l.max_compute_workgroup_size_y = x;
+        }),
+        ("max_compute_workgroup_size_z", 2, |l, x| {
+            l.max_compute_workgroup_size_z = x;
         }),
         ("max_compute_invocations_per_workgroup", 256, |l, x| {
             l.max_compute_invocations_per_workgroup = x;
@@ -124,6 +130,134 @@ fn each_limit_is_checked_to_the_unit() {
     }
 }
 
+/// Downloads share one buffer, and the status word is among them; a second download of a buffer
+/// replaces the first.
+#[test]
+fn downloads_fit_one_buffer_together() {
+    let mut recording = Recording::new("downloads");
+    let first = recording.buffer::<u32>("first", 100);
+    let second = recording.buffer::<u32>("second", 100);
+    recording.status();
+    recording.download(first);
+    recording.download(second);
+    recording.download(first);
+    let mut limits = Limits::downlevel_defaults();
+    limits.max_buffer_size = 400 + 400 + 4 * 33;
+    assert_eq!(problems(&recording, &limits, Features::empty()), []);
+    limits.max_buffer_size -= 1;
+    let found = problems(&recording, &limits, Features::empty());
+    let texts: Vec<String> = found.iter().map(Problem::to_string).collect();
+    assert_eq!(
+        texts,
+        ["what is downloaded, together, needs max_buffer_size = 932 (it has 931)"]
+    );
+}
+
+/// Sizes that no machine has are named, not wrapped.
+#[test]
+fn sizes_do_not_wrap() {
+    let mut recording = Recording::new("huge");
+    let most = usize::MAX;
+    let huge = recording.buffer::<[u32; 4]>("huge", most / 8);
+    let groups = recording.buffer::<u32>("groups", 3);
+    let data = recording.buffer::<f32>("data", 4);
+    const WIDE: Kernel = Kernel::new(
+        "wide",
+        &[""],
+        &[Binding::read::<f32>("data")],
+        [u32::MAX; 3],
+    );
+    recording.dispatch_indirect(&WIDE, &[data.any()], groups, most);
+    recording.download(huge);
+    let mut limits = Limits::downlevel_defaults();
+    limits.max_buffer_size = u64::MAX;
+    let found = problems(&recording, &limits, Features::empty());
+    let overflows = |p: &Problem| matches!(p, Problem::Overflow { stride: 16, .. });
+    assert_eq!(
+        found.iter().filter(|p| overflows(p)).count(),
+        1,
+        "{found:?}"
+    );
+    let invocations = found.iter().any(|problem| {
+        matches!(problem, Problem::Limit { shortfall: Shortfall::Limit { limit, needed, .. }, .. }
+            if *limit == "max_compute_invocations_per_workgroup" && *needed == u64::MAX)
+    });
+    assert!(invocations, "{found:?}");
+    let beyond = |p: &Problem| {
+        matches!(
+            p,
+            Problem::Size {
+                needed: u64::MAX,
+                ..
+            }
+        )
+    };
+    assert!(found.iter().any(beyond), "{found:?}");
+}
+
+/// A kernel that calls `fail` is refused where nobody would hear of it.
+#[test]
+fn failures_are_not_lost() {
+    const FAILS: Kernel = Kernel::new(
+        "fails",
+        &["", STATUS],
+        &[Binding::read_write::<u32>("status")],
+        [1, 1, 1],
+    );
+    let find = |recording: &Recording| {
+        let limits = Limits::downlevel_defaults();
+        let found = problems(recording, &limits, Features::empty());
+        found.iter().map(Problem::to_string).collect::<Vec<_>>()
+    };
+    let mut other = Recording::new("other");
+    let foreign = other.stage("first of another");
+    let mut recording = Recording::new("stages");
+    let stage = recording.stage("first");
+    let plain = recording.buffer::<u32>("plain", 33);
+    let status = recording.status();
+    let with = |kernel: Kernel, buffer: vertebra_gpu::Slot<u32>| {
+        let mut recording = recording.clone();
+        recording.dispatch(&kernel, &[buffer.any()], [1, 1, 1]);
+        find(&recording)
+    };
+    assert_eq!(with(FAILS.constant("STAGE", stage), status), [""; 0]);
+    let prefix = "dispatch 0 `fails` can fail, but ";
+    assert_eq!(
+        with(FAILS, status),
+        [format!(
+            "{prefix}has no stage: give it `.constant(\"STAGE\", stage)` with `recording.stage(name)`"
+        )]
+    );
+    // A bare number is no stage, and replaces one.
+    let numbered = FAILS.constant("STAGE", stage).constant("STAGE", 0_u32);
+    assert_eq!(with(numbered, status).len(), 1);
+    assert_eq!(
+        with(FAILS.constant("STAGE", foreign), status),
+        [format!("{prefix}its stage is one of another recording")]
+    );
+    assert_eq!(
+        with(FAILS.constant("STAGE", stage), plain),
+        [format!(
+            "{prefix}its last buffer is not `recording.status()`"
+        )]
+    );
+}
+
+/// A clone has the buffers of its original; what either declares later is its own.
+#[test]
+fn slots_of_a_clone_are_told_apart() {
+    let mut first = Recording::new("first");
+    let common = first.buffer::<u32>("common", 4);
+    let mut second = first.clone();
+    let in_first = first.buffer::<[u32; 2]>("in first", 4);
+    let in_second = second.buffer::<u32>("in second", 5);
+    assert_eq!((first.len(common), second.len(common)), (Some(4), Some(4)));
+    assert_eq!((first.len(in_second), second.len(in_first)), (None, None));
+    second.download(in_first);
+    let found = problems(&second, &Limits::downlevel_defaults(), Features::empty());
+    assert!(matches!(found[..], [Problem::Foreign { .. }]), "{found:?}");
+}
+
 #[test]
 fn a_feature_the_device_lacks_is_named() {
     let mut recording = Recording::new("features");
@@ -145,6 +279,7 @@ fn a_feature_the_device_lacks_is_named() {
 fn elements_are_whole_words_and_stages_fit_a_word() {
     let mut recording = Recording::new("odd");
     recording.buffer::<u16>("halves", 8);
+    recording.buffer::<[u32; 0]>("nothing", 8);
     for number in 0..33 {
         recording.stage(&format!("stage {number}"));
     }
@@ -154,6 +289,7 @@ fn elements_are_whole_words_and_stages_fit_a_word() {
             found[..],
             [
                 Problem::Element { bytes: 2, .. },
+                Problem::Element { bytes: 0, .. },
                 Problem::Stages { stages: 33 }
             ]
         ),
@@ -191,4 +327,9 @@ fn kernels_with_other_parts_or_constants_are_others() {
     assert_ne!(BLEND, BLEND.with("fn f() {}"));
     assert_ne!(BLEND.constant("K", 1.0_f32), BLEND.constant("K", 2.0_f32));
     assert_ne!(BLEND.stride("source", 8), BLEND);
+    // Made at run time.
+    let part = format!("const N: u32 = {};", 3);
+    let made = BLEND.named("blend of 3".to_owned()).with_text(part);
+    assert_eq!(made.name(), "blend of 3");
+    assert_eq!(made.source(), "\nconst N: u32 = 3;");
 }

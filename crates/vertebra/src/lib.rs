@@ -2,8 +2,9 @@
 //!
 //! This crate is what an application imports. It only gathers the others, each of which can be used
 //! alone: `vertebra-spatial` (6-D algebra), `vertebra-assembly` (models, generators, URDF),
-//! `vertebra-dynamics` (ABA, RNEA, CRBA, integrators, residuals) and `vertebra-collision` (meshes
-//! and their colliding triangles).
+//! `vertebra-dynamics` (ABA, divide and conquer, batches, RNEA, CRBA, integrators, residuals),
+//! `vertebra-collision` (meshes and their colliding triangles), `vertebra-gpu` (recordings of
+//! compute shaders) and `vertebra-shaders` (scan, sort and other primitives).
 //!
 //! Conventions (frames, order, units) stand in the documentation of [`spatial`].
 
@@ -26,9 +27,28 @@ pub use vertebra_dynamics::{
     SolverOptions, Workspace, Wrench, aba, aba_batch, body_poses, crba, crba_forward_dynamics, dca,
     forward_error, forward_kinematics, joint_wrenches, mechanics, residual, rnea,
 };
+#[cfg(feature = "gpu")]
+pub use vertebra_gpu as gpu;
+#[cfg(feature = "gpu")]
+pub use vertebra_shaders as shaders;
 pub use vertebra_spatial::{self as spatial, Pose};
 
 /// The README's example, compiled and run with the documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+
+/// The example of the guide to GPUs, compiled with the documentation tests.
+#[cfg(all(doctest, feature = "gpu"))]
+#[doc = include_str!("../../../docs/gpu.md")]
+struct Guide;
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_guide_shows_the_example_that_is_run() {
+        let guide = include_str!("../../../docs/gpu.md");
+        let example = include_str!("../examples/own_kernel.rs");
+        assert!(guide.contains(&format!("```rust,no_run\n{example}```")));
+    }
+}

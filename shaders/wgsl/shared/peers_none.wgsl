@@ -1,5 +1,5 @@
 // Every lane is a row by itself: it has no peers.
-fn find_peers(row: Row, digit: u32) -> Peers {
+fn find_peers(row: Row, value: u32) -> Peers {
     return Peers(0u, 1u, 0u);
 }
 

@@ -1,8 +1,8 @@
-// A subgroup is a row. Lanes with the same digit find each other by ballots, one for each bit.
-fn find_peers(row: Row, digit: u32) -> Peers {
+// A subgroup is a row. Lanes with the same digit, `value`, find each other by ballots, one for each bit.
+fn find_peers(row: Row, value: u32) -> Peers {
     var peers = lanes_where(true);
     for (var bit = 0u; bit < BITS; bit++) {
-        let is_set = (digit >> bit & 1u) != 0u;
+        let is_set = (value >> bit & 1u) != 0u;
         let lanes = lanes_where(is_set);
         peers &= select(~lanes, lanes, is_set);
     }

@@ -3,17 +3,13 @@ const THREADS: u32 = 256u;
 const TILE: u32 = THREADS * ITEMS;
 const BINS: u32 = 1u << BITS;
 
-struct Pass {
-    // Number of keys.
-    count: u32,
-    // Number of tiles.
-    tiles: u32,
-    // Lowest bit of the digit.
+struct Digit {
+    // Its lowest bit.
     shift: u32,
-    // Bits of the digit that count: fewer than all in the last pass of some keys.
+    // Its bits that count: fewer than all in the last pass of some keys.
     mask: u32,
 }
 
 fn digit_of(key: u32) -> u32 {
-    return (key >> pass_.shift) & pass_.mask;
+    return (key >> digit.shift) & digit.mask;
 }

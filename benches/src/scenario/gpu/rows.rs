@@ -19,7 +19,7 @@ const WORDS: usize = 64;
 pub(super) type Measure = fn(&Device, &Meter, usize) -> anyhow::Result<Option<Row>>;
 
 /// The primitives by name.
-pub(super) const PRIMITIVES: [(&str, Measure); 7] = [
+pub(super) const PRIMITIVES: [(&str, Measure); 8] = [
     ("copy", copy),
     ("reduce-f32", reduce),
     ("scan-u32", scan),
@@ -30,6 +30,10 @@ pub(super) const PRIMITIVES: [(&str, Measure); 7] = [
     }),
     ("sort-pairs-portable", |device, meter, len| {
         sort(device, meter, len, "sort-pairs-portable", &Sort::portable())
+    }),
+    ("sort-pairs-counted", |device, meter, len| {
+        let sort = Sort::on(device);
+        sort_first(device, meter, [len, len / 16], "sort-pairs-counted", &sort)
     }),
 ];
 
@@ -264,7 +268,8 @@ fn histograms(device: &Device, meter: &Meter, len: usize) -> anyhow::Result<Opti
     let record = |recording: &mut Recording| {
         let keys = recording.buffer_from("keys", &keys);
         let result = recording.buffer::<u32>("counts", BINS);
-        histogram(recording, keys, result);
+        let stage = recording.stage("keys");
+        histogram(recording, stage, keys, result);
         Recorded { result, len: BINS }
     };
     measure(
@@ -284,10 +289,22 @@ pub(super) fn sort(
     method: &str,
     sort: &Sort,
 ) -> anyhow::Result<Option<Row>> {
+    sort_first(device, meter, [len, len], method, sort)
+}
+
+/// Measures a sort of the first of `len` pairs; of fewer than all, only the device knows how many.
+fn sort_first(
+    device: &Device,
+    meter: &Meter,
+    [len, first]: [usize; 2],
+    method: &str,
+    sort: &Sort,
+) -> anyhow::Result<Option<Row>> {
     let keys = words(len);
     let values: Vec<u32> = (0..).take(len).collect();
     let mut expected = values.clone();
-    expected.sort_by_key(|&value| keys[value as usize]);
+    expected[..first].sort_by_key(|&value| keys[value as usize]);
+    let count = u32::try_from(first)?;
     let record = |recording: &mut Recording| {
         // Each run sorts the same keys; copying them is before the first dispatch and not timed.
         let [given_keys, given_values] = [("given keys", &keys), ("given values", &values)]
@@ -295,11 +312,16 @@ pub(super) fn sort(
         let [keys, result] = ["keys", "values"].map(|name| recording.buffer::<u32>(name, len));
         recording.copy(given_keys, keys);
         recording.copy(given_values, result);
-        sort.record(recording, keys, result, 32);
+        if first == len {
+            sort.record(recording, keys, result, 32);
+        } else {
+            let count = recording.buffer_from("count", &[count]);
+            sort.record_counted(recording, keys, result, 32, count);
+        }
         Recorded { result, len }
     };
     // Reading and writing keys and values once.
-    measure(device, meter, (method, len, 16 * len), record, |found| {
+    measure(device, meter, (method, len, 16 * first), record, |found| {
         mismatch(found, &expected)
     })
 }

@@ -1,19 +1,20 @@
 //! The primitives of `vertebra_shaders`, each against its twin on the CPU.
 
+use super::compare::compare;
 use super::{holds, is_software};
-use crate::replay::{Replay, write_failure};
-use crate::suite::{Figure, Outcome};
-use anyhow::bail;
+use crate::suite::Outcome;
+use bytemuck::Pod;
 use oorandom::Rand32;
-use vertebra_gpu::Device;
 use vertebra_gpu::twin::{Named, Twin, Values};
 use vertebra_gpu::wgpu::Features;
-use vertebra_shaders::{Rows, Sort, twins};
+use vertebra_gpu::{Device, Recording};
+use vertebra_shaders::{Operator, Precision, Reduce, Scan, ScanKind, twins};
 
 /// Lengths around the sizes of workgroups and tiles, and beyond one and two levels of tiles.
 fn lengths(device: &Device) -> Vec<usize> {
     let mut lengths = vec![
-        0, 1, 2, 31, 255, 256, 257, 1023, 1024, 1025, 3071, 3073, 4097, 100_003, 1_048_577,
+        0, 1, 2, 31, 255, 256, 257, 1023, 1024, 1025, 3072, 3073, 4095, 4096, 4097, 100_003,
+        1_048_577,
     ];
     if !is_software(device) {
         lengths.push(10_000_000);
@@ -37,36 +38,8 @@ fn patterns(len: usize, rng: &mut Rand32) -> Vec<(&'static str, Vec<u32>)> {
     ]
 }
 
-/// Compares a twin on one input; a failure is written to a file that `replay` reads.
-fn compare(device: &Device, twin: &Twin, label: &str, inputs: Vec<Named>) -> Outcome {
-    let (comparisons, failures) = twin.compare(device, &inputs)?;
-    if failures.is_empty() && comparisons.iter().all(|c| c.passes()) {
-        let figure = |c: vertebra_gpu::twin::Comparison| {
-            Figure::new(format!("{} {label}", c.stage), c.error, c.tolerance)
-        };
-        return Ok(comparisons.into_iter().map(figure).collect());
-    }
-    let path = write_failure(&Replay::new(twin, device, inputs))?;
-    let wrong = comparisons.iter().find(|c| !c.passes());
-    bail!(
-        "{} {label} differs from the CPU ({}); see `vertebra-bench replay {} --dump {}`",
-        twin.name,
-        wrong.map_or_else(
-            || failures[0].to_string(),
-            |c| format!(
-                "stage {} is off by {:e}, first at element {}",
-                c.stage,
-                c.error,
-                c.first_difference.unwrap_or(0)
-            )
-        ),
-        path.display(),
-        wrong.map_or("STAGE", |c| &c.stage)
-    )
-}
-
 /// Compares a twin of words on all lengths and patterns.
-fn on_words(
+pub(super) fn on_words(
     device: &Device,
     twin: &Twin,
     inputs: impl Fn(Vec<u32>, &mut Rand32) -> Vec<Named>,
@@ -78,7 +51,7 @@ fn on_words(
         let count = if len > 5000 { 1 } else { usize::MAX };
         for (name, words) in patterns(len, &mut rng).into_iter().take(count) {
             let inputs = inputs(words, &mut rng);
-            figures.extend(compare(device, twin, &format!("{len} {name}"), inputs)?);
+            figures.extend(compare(device, twin, &format!("{len} {name}"), &inputs)?);
         }
     }
     Ok(figures)
@@ -96,67 +69,87 @@ pub(super) fn affine_scan(device: &Device) -> Outcome {
     })
 }
 
+/// Sums of numbers, which the CPU rounds in the same order.
+pub(super) fn float_scan(device: &Device) -> Outcome {
+    on_numbers(device, [&twins::SCAN_F32, &twins::SCAN_F64])
+}
+
 pub(super) fn reduce(device: &Device) -> Outcome {
+    on_numbers(device, [&twins::REDUCE_F32, &twins::REDUCE_F64])
+}
+
+/// Compares a twin of numbers on all lengths, and the one of f64 where the device has it: there of
+/// numbers that f32 could not hold.
+fn on_numbers(device: &Device, [single, double]: [&Twin; 2]) -> Outcome {
     let mut rng = Rand32::new(6);
     let mut figures = Vec::new();
-    let mut twins = vec![&twins::REDUCE_F32];
-    if device.features().contains(Features::SHADER_F64) {
-        twins.push(&twins::REDUCE_F64);
-    }
-    for twin in twins {
-        for len in lengths(device) {
-            let data: Vec<f32> = (0..len).map(|_| rng.rand_float() - 0.3).collect();
-            let data = if twin.features.is_empty() {
-                Values::F32(data)
-            } else {
-                Values::F64(data.into_iter().map(|x| f64::from(x) * 1e200).collect())
-            };
-            let inputs = vec![Named::new("data", data)];
+    for len in lengths(device) {
+        let data: Vec<f32> = (0..len).map(|_| rng.rand_float() - 0.3).collect();
+        let large: Vec<f64> = data.iter().map(|&x| f64::from(x) * 1e200).collect();
+        let mut cases = vec![(single, Values::F32(data))];
+        if device.features().contains(double.features) {
+            cases.push((double, Values::F64(large)));
+        }
+        for (twin, data) in cases {
             let label = format!("{} {len}", twin.name);
-            figures.extend(compare(device, twin, &label, inputs)?);
+            figures.extend(compare(device, twin, &label, &[Named::new("data", data)])?);
         }
     }
     Ok(figures)
 }
 
-/// Pairs whose values tell equal keys apart.
-fn pairs(keys: Vec<u32>) -> Vec<Named> {
-    let values: Vec<u32> = (0..).take(keys.len()).collect();
-    vec![Named::new("keys", keys), Named::new("values", values)]
-}
-
-pub(super) fn sort(device: &Device) -> Outcome {
-    let mut figures = on_words(device, &twins::SORT, |keys, _| pairs(keys))?;
-    let mut rng = Rand32::new(7);
-    for bits in [0, 1, 5, 8, 9, 24, 30] {
-        let mut inputs = pairs((0..5000).map(|_| rng.rand_u32()).collect());
-        inputs.push(Named::new("bits", vec![bits]));
-        figures.extend(compare(
-            device,
-            &twins::SORT,
-            &format!("{bits} bits"),
-            inputs,
-        )?);
-    }
-    Ok(figures)
-}
-
-/// Every shape of the sort that the device can run, not only the one it is fastest with.
-pub(super) fn sort_shapes(device: &Device) -> Outcome {
-    let mut rng = Rand32::new(8);
-    let mut figures = Vec::new();
-    for (number, rows) in (0..).zip(Rows::ALL) {
-        for items in Sort::ITEMS {
-            if !Sort::new(rows, items).fits(device) {
-                continue;
+/// An operator of one's own, by composition: maps x -> a x + b with a = 1 or -1, which do not commute
+/// and are exact in either precision.
+pub(super) fn own_operator(device: &Device) -> Outcome {
+    const MAPS: &str = "
+        alias Element = vec2<real>;
+        fn identity() -> Element { return Element(1, 0); }
+        fn combine(f: Element, g: Element) -> Element {
+            return Element(g.x * f.x, g.x * f.y + g.y);
+        }";
+    fn run<T: Pod + PartialEq>(
+        device: &Device,
+        precision: Precision,
+        from: fn(i8) -> T,
+        then: fn([T; 2], [T; 2]) -> [T; 2],
+    ) -> Outcome {
+        let operator = Operator::new::<[T; 2]>(MAPS).in_precision(precision);
+        let mut rng = Rand32::new(11);
+        let mut sign = |up: f32| if rng.rand_float() < up { 1 } else { -1 };
+        let mut figures = Vec::new();
+        for len in lengths(device) {
+            let maps: Vec<[T; 2]> = (0..len)
+                .map(|_| [from(sign(0.9)), from(sign(0.5))])
+                .collect();
+            let mut recording = Recording::new("own operator");
+            let data = recording.buffer_from("maps", &maps);
+            let result = recording.buffer::<[T; 2]>("before", len);
+            let all = recording.buffer::<[T; 2]>("all", 1);
+            let kind = ScanKind::Exclusive;
+            Scan::new(&operator).record(&mut recording, data, result, kind);
+            Reduce::new(&operator).record(&mut recording, data, all);
+            recording.download(result);
+            recording.download(all);
+            let output = device.prepare(&recording)?.run()?.wait()?;
+            let mut running = [from(1), from(0)];
+            let mut expected = Vec::with_capacity(len);
+            for &map in &maps {
+                expected.push(running);
+                running = then(running, map);
             }
-            for len in [2, 1000, 20_011] {
-                let mut inputs = pairs((0..len).map(|_| rng.rand_u32() >> 7).collect());
-                inputs.push(Named::new("shape", vec![number, items]));
-                let label = format!("{len} {rows:?} {items}");
-                figures.extend(compare(device, &twins::SORT, &label, inputs)?);
-            }
+            let label = |what: &str| format!("{what} {precision:?} {len}");
+            figures.push(holds(label("scan"), output.read(result)? == expected));
+            figures.push(holds(label("reduction"), output.read(all)? == [running]));
         }
+        Ok(figures)
+    }
+    let mut figures = run(device, Precision::F32, f32::from, |f, g| {
+        [g[0] * f[0], g[0] * f[1] + g[1]]
+    })?;
+    if device.features().contains(Features::SHADER_F64) {
+        figures.extend(run(device, Precision::F64, f64::from, |f, g| {
+            [g[0] * f[0], g[0] * f[1] + g[1]]
+        })?);
     }
     Ok(figures)
 }
@@ -184,22 +177,36 @@ pub(super) fn histogram(device: &Device) -> Outcome {
 
 /// Two devices, the same bits: nothing depends on which workgroup comes first.
 pub(super) fn same_bits(device: &Device) -> Outcome {
+    const LEN: usize = 200_003;
     let mut rng = Rand32::new(9);
-    let data: Vec<f32> = (0..200_003).map(|_| rng.rand_float() - 0.5).collect();
-    let keys: Vec<u32> = (0..200_003).map(|_| rng.rand_u32()).collect();
+    let data: Vec<f32> = (0..LEN).map(|_| rng.rand_float() - 0.5).collect();
+    let words: Vec<u32> = (0..LEN).map(|_| rng.rand_u32()).collect();
+    let flags: Vec<u32> = words.iter().map(|word| word & 1).collect();
     let again = device.reopen()?;
     let mut figures = Vec::new();
+    let numbers = vec![Named::new("data", data)];
+    let keys = words.iter().map(|word| word % 5000).collect::<Vec<u32>>();
     let cases = [
-        (&twins::REDUCE_F32, vec![Named::new("data", data)]),
-        (&twins::SORT, pairs(keys)),
+        (&twins::REDUCE_F32, numbers.clone()),
+        (&twins::SCAN_F32, numbers),
+        (&twins::SORT, super::sorts::pairs(keys.clone())),
+        (
+            &twins::COMPACT,
+            vec![Named::new("flags", flags), Named::new("values", words)],
+        ),
+        (
+            &twins::HISTOGRAM,
+            vec![Named::new("keys", keys), Named::new("bins", vec![5000_u32])],
+        ),
     ];
     for (twin, inputs) in cases {
         let (first, _) = twin.compare(device, &inputs)?;
         for run in 1..4 {
             let (other, _) = twin.compare(if run % 2 == 0 { device } else { &again }, &inputs)?;
+            let mut stages = first.iter().zip(&other);
             figures.push(holds(
                 format!("{} run {run}", twin.name),
-                first.iter().zip(&other).all(|(a, b)| a.gpu == b.gpu),
+                first.len() == other.len() && stages.all(|(a, b)| a.gpu.has_bits_of(&b.gpu)),
             ));
         }
     }

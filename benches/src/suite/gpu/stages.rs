@@ -4,10 +4,10 @@ use super::holds;
 use crate::suite::Outcome;
 use vertebra_gpu::wgpu::Features;
 use vertebra_gpu::{Binding, Device, Error, Failure, Kernel, Recording, STATUS, workgroups};
-use vertebra_shaders::{Number, Precision, finite, histogram};
+use vertebra_shaders::{Float, Precision, finite, histogram};
 
 pub(super) fn nan_in_data(device: &Device) -> Outcome {
-    fn planted<T: Number>(device: &Device, good: T, bad: &[T]) -> Outcome {
+    fn planted<T: Float>(device: &Device, good: T, bad: &[T]) -> Outcome {
         let mut figures = Vec::new();
         let width = 8 * size_of::<T>();
         for (number, &bad) in bad.iter().enumerate() {
@@ -100,7 +100,7 @@ pub(super) fn nan_made_on_the_device(device: &Device) -> Outcome {
         ],
         [64, 1, 1],
     );
-    fn run<T: Number>(
+    fn run<T: Float>(
         device: &Device,
         precision: Precision,
         good: [T; 2],
@@ -149,7 +149,8 @@ pub(super) fn failed_stage(device: &Device) -> Outcome {
     finite(&mut recording, other, numbers);
     let keys = recording.buffer::<u32>("keys", 5000);
     let counts = recording.buffer::<u32>("counts", 10);
-    histogram(&mut recording, keys, counts);
+    let stage = recording.stage("histogram");
+    histogram(&mut recording, stage, keys, counts);
     recording.download(counts);
     let program = device.prepare(&recording)?;
     let mut words: Vec<u32> = (0..5000).map(|i| i % 10).collect();

@@ -18,13 +18,13 @@ use vertebra_spatial::{ArticulatedInertia, Force, Mat6, Motion, Real, SmallChole
 ///
 /// The inboard end of an inner chunk is the same with B for X', which adds C to Phi22 and d to b2.
 #[derive(Clone, Copy, Debug)]
-struct Inverse<T> {
+pub(super) struct Inverse<T> {
     /// V.
-    own: Mat6<T>,
+    pub(super) own: Mat6<T>,
     /// Z.
-    far: Mat6<T>,
+    pub(super) far: Mat6<T>,
     /// y.
-    bias: [T; 6],
+    pub(super) bias: [T; 6],
 }
 
 impl<T: Real> Inverse<T> {
@@ -61,10 +61,10 @@ impl<T: Real> Inverse<T> {
 
 /// What a leaf keeps for the way down.
 #[derive(Clone, Copy, Debug)]
-struct Leaf<T> {
-    body: Inverse<T>,
-    seam: Seam<T>,
-    joined: Joined<T>,
+pub(super) struct Leaf<T> {
+    pub(super) body: Inverse<T>,
+    pub(super) seam: Seam<T>,
+    pub(super) joined: Joined<T>,
 }
 
 impl<T: Real> Leaf<T> {
@@ -123,10 +123,10 @@ impl<T: Real, L: Real> Chunks<T, L> {
 pub(super) struct Own<'a, T, L> {
     pub(super) accelerations: &'a mut [Motion<T>],
     qdd: &'a mut [T],
-    freedoms: &'a mut [Freedom<T>],
-    inner: &'a mut [Inverse<T>],
-    leaves: &'a mut [Leaf<T>],
-    nodes: &'a mut [Node<L>],
+    pub(super) freedoms: &'a mut [Freedom<T>],
+    pub(super) inner: &'a mut [Inverse<T>],
+    pub(super) leaves: &'a mut [Leaf<T>],
+    pub(super) nodes: &'a mut [Node<L>],
     pub(super) rakes: &'a mut [Rake<T>],
 }
 
@@ -165,9 +165,12 @@ impl<T: Real, L: Real> Divide for Own<'_, T, L> {
 pub(super) struct Given<'a, T> {
     pub(super) plan: &'a Plan<T>,
     pub(super) places: &'a Places<T>,
-    /// Joint forces in the model's order and the factors to its units.
+    /// Joint forces in the model's order and the factors to its units; on the way up alone.
     pub(super) tau: &'a [f64],
     pub(super) force_scales: &'a [f64],
+    /// Of a [correction](super::correct): what it changes of the accelerations before anything
+    /// responds. Velocities then have no part in it.
+    pub(super) jumps: Option<&'a [Motion<T>]>,
 }
 
 impl<'a, T: Real> Given<'a, T> {
@@ -351,7 +354,9 @@ pub(super) fn solve<T: Real, L: Real>(
         if slot > first || plan.chunks[chunk].is_inner() {
             a = a.shifted(placed.offset);
         }
-        a += placed.bias_acceleration;
+        if given.jumps.is_none() {
+            a += placed.bias_acceleration;
+        }
         let dofs = plan.dofs_of(slot);
         let columns = &given.places.columns[dofs.clone()];
         let dofs = dofs.start - first_dof..dofs.end - first_dof;
@@ -360,7 +365,10 @@ pub(super) fn solve<T: Real, L: Real>(
             Some((leaf, force)) if slot == last => {
                 // Of the accelerations on both sides of its joint the difference is S qdd.
                 let center = leaf.body.respond(&ends.f2, &force);
-                let across = center.shifted(-placed.arm) + placed.centripetal(-placed.arm);
+                let mut across = center.shifted(-placed.arm);
+                if given.jumps.is_none() {
+                    across += placed.centripetal(-placed.arm);
+                }
                 for (qdd, column) in qdd.iter_mut().zip(columns) {
                     *qdd = (across - a).dot(along(*column));
                 }
@@ -368,7 +376,10 @@ pub(super) fn solve<T: Real, L: Real>(
             }
             _ => respond(columns, &own.freedoms[dofs], &tip, &mut a, qdd),
         }
-        own.accelerations[slot - first] = a;
+        own.accelerations[slot - first] = match given.jumps {
+            Some(jumps) => a + jumps[slot],
+            None => a,
+        };
     }
     let finite = own.accelerations.iter().position(|a| !a.is_finite());
     finite.map_or(Ok(()), |offset| Err(Fault::Overflow(first + offset)))

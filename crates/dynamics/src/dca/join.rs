@@ -130,6 +130,49 @@ impl<T: Real> Joined<T> {
         bias: [T::ZERO; 6],
     };
 
+    /// Keeps y of the difference L y = T'(b2 of A + c - b1 of B - G f_Q); gives b1 and b2 of the whole,
+    /// less what f_Q adds, from `b1` of A and `b2` of B.
+    fn bridge(
+        &mut self,
+        head: bool,
+        mut difference: [T; 6],
+        mut b1: [T; 6],
+        mut b2: [T; 6],
+    ) -> ([T; 6], [T; 6]) {
+        self.factor.solve_lower(&mut difference);
+        let sign = if head { T::ONE } else { -T::ONE };
+        for (k, &y) in difference.iter().enumerate().take(self.factor.order()) {
+            add_scaled(&mut b1, &self.inboard.0[k], sign * y);
+            add_scaled(&mut b2, &self.outboard.0[k], y);
+        }
+        self.bias = difference;
+        (b1, b2)
+    }
+
+    /// The same join of parts that answer the same forces with other b, \[b1, b2\] each: gives those of
+    /// the whole.
+    pub(super) fn rejoin(&mut self, head: bool, a: [[T; 6]; 2], b: [[T; 6]; 2]) -> [[T; 6]; 2] {
+        let mut difference = a[1];
+        add_scaled(&mut difference, &b[0], -T::ONE);
+        let (b1, b2) = self.bridge(head, difference, a[0], b[1]);
+        [b1, b2]
+    }
+
+    /// The same across a joint, which no force drives from here on and whose velocities add nothing.
+    pub(super) fn rejoin_across(
+        &mut self,
+        head: bool,
+        seam: &mut Seam<T>,
+        a: [[T; 6]; 2],
+        b: [[T; 6]; 2],
+    ) -> [[T; 6]; 2] {
+        seam.drive = [T::ZERO; 6];
+        let mut difference = a[1];
+        add_scaled(&mut difference, &b[0], -T::ONE);
+        let (b1, b2) = self.bridge(head, seam.basis.mul(&difference), a[0], b[1]);
+        [b1, b2]
+    }
+
     /// The force f on the outboard part, given x and f2 at the ends of the whole.
     pub(super) fn force(&self, x: &[T; 6], f2: &[T; 6]) -> [T; 6] {
         let mut f = self.bias;
@@ -205,19 +248,25 @@ fn finish<T: Real>(
     g: &Mat6<T>,
     mut inboard: Mat6<T>,
     mut outboard: Mat6<T>,
-    mut bias: [T; 6],
+    bias: [T; 6],
 ) -> Option<(Node<T>, Joined<T>)> {
     let factor = SmallCholesky::factor(order, &g.0, &[T::ZERO; 6]).ok()?;
     factor.solve_lower_rows(&mut inboard);
     factor.solve_lower_rows(&mut outboard);
-    factor.solve_lower(&mut bias);
+    let mut joined = Joined {
+        factor,
+        inboard,
+        outboard,
+        bias: [T::ZERO; 6],
+    };
+    let (b1, b2) = joined.bridge(head, bias, a.b1, b.b2);
     let sign = if head { T::ONE } else { -T::ONE };
     let mut node = Node {
         phi11: a.phi11,
         phi12: Mat6::ZERO,
         phi22: b.phi22,
-        b1: a.b1,
-        b2: b.b2,
+        b1,
+        b2,
     };
     node.phi11
         .add_transpose_product(order, &inboard, &inboard, sign);
@@ -225,16 +274,6 @@ fn finish<T: Real>(
         .add_transpose_product(order, &inboard, &outboard, T::ONE);
     node.phi22
         .add_transpose_product(order, &outboard, &outboard, -T::ONE);
-    for k in 0..order {
-        add_scaled(&mut node.b1, &inboard.0[k], sign * bias[k]);
-        add_scaled(&mut node.b2, &outboard.0[k], bias[k]);
-    }
-    let joined = Joined {
-        factor,
-        inboard,
-        outboard,
-        bias,
-    };
     Some((node, joined))
 }
 

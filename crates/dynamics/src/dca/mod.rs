@@ -11,6 +11,7 @@
 //! All vectors are in world axes about the bodies' handle points, accelerations conventional.
 
 mod chunk;
+mod correct;
 mod interior;
 mod join;
 mod leaf;
@@ -24,8 +25,9 @@ mod tree;
 pub(crate) use split::PARALLEL_BODIES;
 
 use crate::link::Scales;
+use crate::refine::relative;
 use crate::workspace::{require, same_model};
-use crate::{BodyForce, Error, Forces, Precision, Residual, Solved, finite_results};
+use crate::{BodyForce, Error, Forces, Precision, Refinement, Residual, Solved, finite_results};
 use split::Fault;
 use tree::Tree;
 use vertebra_assembly::schedule::{Schedule, ScheduleOptions};
@@ -173,8 +175,11 @@ impl DcaWorkspace {
     pub fn compute_joint_wrenches(&mut self, forces: &Forces) -> Result<(), Error> {
         require(self.computed, "accelerations", "dca")?;
         forces.check(&self.model)?;
-        in_tree!(&mut self.trees, tree => tree.transmit(forces, &self.scales));
-        self.wrenches_computed = true;
+        if !self.wrenches_computed {
+            let threads = self.options.parallel;
+            in_tree!(&mut self.trees, tree => tree.transmit(forces, &self.scales, threads));
+            self.wrenches_computed = true;
+        }
         Ok(())
     }
 
@@ -193,6 +198,25 @@ impl DcaWorkspace {
             body: name.to_owned(),
             time: self.time,
         })
+    }
+
+    /// A fault, with the names of those concerned.
+    fn named(&self, fault: Fault) -> Error {
+        let slot = fault.slot();
+        let body = in_tree!(&self.trees, tree => tree.plan.bodies[slot]);
+        let body = self.model.bodies()[body as usize].name.clone();
+        match fault {
+            Fault::Singular(_) => Error::SingularJoint { body },
+            Fault::Unjoined(_) => Error::Unjoined {
+                body,
+                precision: self.options.tree,
+            },
+            Fault::Overflow(_) => Error::Overflow {
+                quantity: "acceleration",
+                body,
+                time: self.time,
+            },
+        }
     }
 
     fn check_model(&self, model: &Model) -> Result<(), Error> {
@@ -219,6 +243,24 @@ impl Solved for DcaWorkspace {
         Ok(in_tree!(&self.trees, tree => {
             tree.solution().residual(model, state, forces, &self.scales)
         }))
+    }
+
+    fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
+        self.compute_joint_wrenches(forces)?;
+        let (threads, scales) = (self.options.parallel, &self.scales.acceleration);
+        self.computed = false;
+        self.wrenches_computed = false;
+        let refined = in_tree!(&mut self.trees, tree => {
+            tree.correct(threads).map(|residual| Refinement {
+                residual,
+                change: tree.read_change(&mut self.qdd, scales),
+            })
+        });
+        let refined = refined.map_err(|fault| self.named(fault))?;
+        finite_results(&self.model, "joint acceleration", &self.qdd, self.time)?;
+        self.computed = true;
+        self.wrenches_computed = true;
+        Ok(refined)
     }
 }
 
@@ -269,29 +311,31 @@ pub fn dca<'w>(
         options,
         ..
     } = workspace;
-    in_tree!(trees, tree => {
+    let solved = in_tree!(trees, tree => {
         let solved = tree.solve(model, state, forces, scales, options.parallel);
-        let name = |slot: usize| model.bodies()[tree.plan.bodies[slot] as usize].name.clone();
-        solved.map_err(|fault| match fault {
-            Fault::Singular(slot) => Error::SingularJoint { body: name(slot) },
-            Fault::Unjoined(slot) => Error::Unjoined {
-                body: name(slot),
-                precision: options.tree,
-            },
-            Fault::Overflow(slot) => Error::Overflow {
-                quantity: "acceleration",
-                body: name(slot),
-                time: state.time,
-            },
-        })?;
-        tree.read_accelerations(qdd, &scales.acceleration);
+        solved.map(|()| tree.read_accelerations(qdd, &scales.acceleration))
     });
+    solved.map_err(|fault| workspace.named(fault))?;
     finite_results(model, "joint acceleration", &workspace.qdd, state.time)?;
     workspace.computed = true;
     Ok(&workspace.qdd)
 }
 
 impl<T: Real, L: Real> Tree<T, L> {
+    /// [`read_accelerations`](Self::read_accelerations); gives the largest change of one, as part of the
+    /// largest.
+    fn read_change(&self, qdd: &mut [f64], scales: &[f64]) -> f64 {
+        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+        let own = (self.plan.model_dofs.iter()).zip(self.chunks.qdd.iter().zip(self.changes()));
+        for (&dof, (own, by)) in own {
+            let dof = dof as usize;
+            qdd[dof] = own.to_f64() * scales[dof];
+            largest = largest.max(qdd[dof].abs());
+            change = change.max(by.to_f64().abs() * scales[dof]);
+        }
+        relative(change, largest)
+    }
+
     /// Joint accelerations in SI and in the model's order.
     fn read_accelerations(&self, qdd: &mut [f64], scales: &[f64]) {
         let own = self.plan.model_dofs.iter().zip(&self.chunks.qdd);

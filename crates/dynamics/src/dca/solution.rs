@@ -1,12 +1,25 @@
 //! What a solved tree says of its bodies: accelerations, and the forces that the joints transmit.
 
 use super::plan::Raked;
+use super::split::{PARALLEL_BODIES, Slots, divide};
 use super::tree::Tree;
 use crate::Forces;
 use crate::drive::transmitted;
 use crate::link::Scales;
 use crate::residual::Solution;
 use vertebra_spatial::{Force, Motion, Number, Real};
+
+/// What acts on the bodies.
+pub(super) enum Acting<'a, T> {
+    /// All there is.
+    All(&'a Forces, &'a Scales),
+    /// In a [correction](super::correct) loads alone, which have jumps of the accelerations in them
+    /// already; at rest.
+    Loads {
+        loads: &'a [Force<T>],
+        jumps: &'a [Motion<T>],
+    },
+}
 
 impl<T: Real, L: Real> Tree<T, L> {
     /// Acceleration of a body's joint's origin, gravity taken off.
@@ -19,61 +32,99 @@ impl<T: Real, L: Real> Tree<T, L> {
         self.wrenches[self.plan.slots[body] as usize]
     }
 
-    /// Computes the transmitted forces from the tips of every chunk inwards, so that no sum is
-    /// longer than one: of each body's inertia and bias, what its rakes and the next body take, and
-    /// what acts on the chunk's tip. What rounding leaves of them along a joint's freedoms is taken
-    /// out, as the articulated-body algorithm does.
-    pub(super) fn transmit(&mut self, forces: &Forces, scales: &Scales) {
-        for chunk in 0..self.plan.chunks.len() {
-            let slots = self.plan.slots_of(chunk);
-            let last = slots.end - 1;
-            for slot in slots.rev() {
-                let placed = &self.places.bodies[slot];
-                let a = placed.handle_acceleration(self.chunks.accelerations[slot]);
-                let mut f = placed.inertia.mul(a) - placed.external;
-                for raked in self.plan.rakes[slot].into_iter().flatten() {
-                    f += self.taken(raked);
+    /// Computes the transmitted forces of the solution.
+    pub(super) fn transmit(&mut self, forces: &Forces, scales: &Scales, threads: bool) {
+        let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
+        let mut wrenches = core::mem::take(&mut self.wrenches);
+        self.transmit_into(&mut wrenches, &Acting::All(forces, scales), parallel);
+        self.wrenches = wrenches;
+    }
+
+    /// Computes transmitted forces from the tips of every chunk inwards, so that no sum is longer
+    /// than one: of each body's inertia and bias, what its rakes and the next body take, and what
+    /// acts on the chunk's tip. What rounding leaves of them along a joint's freedoms is taken out,
+    /// as the articulated-body algorithm does.
+    pub(super) fn transmit_into(
+        &self,
+        wrenches: &mut [Force<T>],
+        acting: &Acting<'_, T>,
+        parallel: bool,
+    ) {
+        for round in 0..self.plan.schedule.round_count() {
+            let range = self.plan.schedule.chunks_in(round);
+            let start = self.plan.extents[range.start].slot;
+            let (before, own) = wrenches.split_at_mut(start);
+            divide(
+                parallel,
+                &self.plan.extents,
+                range,
+                Slots(own),
+                &|chunk, own: Slots<'_, _>| {
+                    self.transmit_chunk(chunk, acting, before, own.0);
+                },
+            );
+        }
+    }
+
+    fn transmit_chunk(
+        &self,
+        chunk: usize,
+        acting: &Acting<'_, T>,
+        before: &[Force<T>],
+        own: &mut [Force<T>],
+    ) {
+        let slots = self.plan.slots_of(chunk);
+        let (first, last) = (slots.start, slots.end - 1);
+        for slot in slots.rev() {
+            let placed = &self.places.bodies[slot];
+            let a = self.chunks.accelerations[slot];
+            let mut f = match acting {
+                Acting::All(..) => {
+                    placed.inertia.mul(placed.handle_acceleration(a)) - placed.external
                 }
-                if slot == last {
-                    f = f * T::from_f64(self.plan.chunks[chunk].last_share);
-                    f -= self.tip_force(chunk);
-                } else {
-                    let next = self.places.bodies[slot + 1].offset;
-                    f += self.wrenches[slot + 1].shifted_back(next);
+                Acting::Loads { loads, jumps } => {
+                    let response = (a - jumps[slot]).shifted(placed.arm);
+                    placed.inertia.mul(response) - loads[slot]
                 }
-                self.wrenches[slot] =
-                    self.along_freedoms(slot, f.shifted_back(placed.arm), forces, scales);
+            };
+            for raked in self.plan.rakes[slot].into_iter().flatten() {
+                f += self.taken(before, raked);
             }
+            if slot == last {
+                f = f * T::from_f64(self.plan.chunks[chunk].last_share);
+                f -= self.tip_force(chunk);
+            } else {
+                let next = self.places.bodies[slot + 1].offset;
+                f += own[slot + 1 - first].shifted_back(next);
+            }
+            let f = f.shifted_back(placed.arm);
+            own[slot - first] = self.along_freedoms(slot, f, acting);
         }
     }
 
     /// What paths raked onto a body take of its force, about its handle point.
-    fn taken(&self, raked: Raked) -> Force<T> {
+    pub(super) fn taken(&self, wrenches: &[Force<T>], raked: Raked) -> Force<T> {
         match raked {
             Raked::Chunk { head, .. } | Raked::Join { head, .. } => {
-                self.wrenches[head].shifted_back(self.places.bodies[head].offset)
+                wrenches[head].shifted_back(self.places.bodies[head].offset)
             }
             // Sums of sums are as deep as a logarithm.
             Raked::Sum(sum) => {
                 let [a, b] = self.plan.sums[sum];
-                self.taken(a) + self.taken(b)
+                self.taken(wrenches, a) + self.taken(wrenches, b)
             }
         }
     }
 
     /// Replaces the part of a force along a joint's freedoms by the joint force.
-    fn along_freedoms(
-        &self,
-        slot: usize,
-        f: Force<T>,
-        forces: &Forces,
-        scales: &Scales,
-    ) -> Force<T> {
+    fn along_freedoms(&self, slot: usize, f: Force<T>, acting: &Acting<'_, T>) -> Force<T> {
         let link = &self.plan.links[slot];
         let columns = &self.places.columns[self.plan.dofs_of(slot)];
         let mut tau = [T::ZERO; 6];
-        for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
-            *tau = T::from_f64(forces.joint[link.v + k] / scales.force[link.v + k]);
+        if let Acting::All(forces, scales) = acting {
+            for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
+                *tau = T::from_f64(forces.joint[link.v + k] / scales.force[link.v + k]);
+            }
         }
         transmitted(link.kind, f, columns, &tau)
     }

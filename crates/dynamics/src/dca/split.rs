@@ -24,6 +24,15 @@ impl Outcome for () {
     fn and(self, (): Self) -> Self {}
 }
 
+/// The larger of two.
+impl Outcome for f64 {
+    const DONE: Self = 0.0;
+
+    fn and(self, other: Self) -> Self {
+        self.max(other)
+    }
+}
+
 /// What can go wrong, and the slot concerned.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Fault {
@@ -36,7 +45,7 @@ pub(super) enum Fault {
 }
 
 impl Fault {
-    const fn slot(self) -> usize {
+    pub(super) const fn slot(self) -> usize {
         match self {
             Self::Singular(slot) | Self::Unjoined(slot) | Self::Overflow(slot) => slot,
         }
@@ -60,6 +69,23 @@ impl Outcome for Result<(), Fault> {
 pub(super) trait Divide: Sized + Send {
     /// Those of the chunks before and from the one whose arrays start at `at`, counted from here.
     fn divide(self, at: &Extent) -> (Self, Self);
+}
+
+/// An array with one entry a slot.
+pub(super) struct Slots<'a, X>(pub(super) &'a mut [X]);
+
+impl<X: Send> Divide for Slots<'_, X> {
+    fn divide(self, at: &Extent) -> (Self, Self) {
+        let (own, rest) = self.0.split_at_mut(at.slot);
+        (Self(own), Self(rest))
+    }
+}
+
+impl<A: Divide, B: Divide> Divide for (A, B) {
+    fn divide(self, at: &Extent) -> (Self, Self) {
+        let ((a, more_a), (b, more_b)) = (self.0.divide(at), self.1.divide(at));
+        ((a, b), (more_a, more_b))
+    }
 }
 
 /// Runs a function on each of a range of chunks with its own share. `share` starts with the first

@@ -2,6 +2,7 @@
 //! which tells each part what acts on it.
 
 use super::chunk::{self, Chunks, Ends};
+use super::correct::Corrections;
 use super::join::{Joined, Node, join};
 use super::place::{self, Places};
 use super::plan::{Head, JoinPlan, Part, Plan, Raked};
@@ -15,9 +16,9 @@ use vertebra_spatial::{Force, Motion, Real, Vec3};
 
 /// A join's response, what it keeps, and what acts on it.
 #[derive(Clone, Copy, Debug)]
-struct JoinState<L> {
-    node: Node<L>,
-    joined: Joined<L>,
+pub(super) struct JoinState<L> {
+    pub(super) node: Node<L>,
+    pub(super) joined: Joined<L>,
     /// f1, or a1 of a path's head.
     x: [L; 6],
     f2: [L; 6],
@@ -35,8 +36,10 @@ pub(super) struct Tree<T, L> {
     pub(super) chunks: Chunks<T, L>,
     /// Forces that the joints transmit, about the joints' origins.
     pub(super) wrenches: Vec<Force<T>>,
-    sums: Vec<Rake<T>>,
-    joins: Vec<JoinState<L>>,
+    pub(super) sums: Vec<Rake<T>>,
+    pub(super) joins: Vec<JoinState<L>>,
+    /// Memory of the corrections, taken when the first one is asked for.
+    pub(super) corrections: Option<Box<Corrections<T>>>,
 }
 
 impl<T: Real, L: Real> Tree<T, L> {
@@ -57,6 +60,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             wrenches: vec![Force::ZERO; plan.len()],
             sums: vec![Rake::default(); plan.sums.len()],
             joins: vec![state; plan.joins.len()],
+            corrections: None,
             plan,
         }
     }
@@ -84,9 +88,22 @@ impl<T: Real, L: Real> Tree<T, L> {
             self.assemble(round, &forces.joint, &scales.force, parallel)?;
             self.join(round, parallel)?;
         }
+        let descent = Descent {
+            base: self.base,
+            jumps: None,
+        };
+        self.descend(&descent, parallel)
+    }
+
+    /// Down: forces in the joins and accelerations in the chunks.
+    pub(super) fn descend(
+        &mut self,
+        descent: &Descent<'_, T>,
+        parallel: bool,
+    ) -> Result<(), Fault> {
         for round in (0..self.plan.schedule.round_count()).rev() {
-            self.part(round, parallel);
-            self.respond(round, &forces.joint, &scales.force, parallel)?;
+            self.part(round, descent, parallel);
+            self.respond(round, descent, parallel)?;
         }
         Ok(())
     }
@@ -132,6 +149,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             places: &self.places,
             tau,
             force_scales,
+            jumps: None,
         };
         divide(parallel, &self.plan.extents, range, own, &|index, own| {
             chunk::assemble(&given, index, own, |slot| rakes.onto(slot))
@@ -163,18 +181,18 @@ impl<T: Real, L: Real> Tree<T, L> {
     }
 
     /// Down: the forces in the joins of a round.
-    fn part(&mut self, round: usize, parallel: bool) {
+    fn part(&mut self, round: usize, descent: &Descent<'_, T>, parallel: bool) {
         let plan = &self.plan;
         let range = plan.schedule.joins_in(round);
         let (own, later) = self.joins.split_at_mut(range.end);
         let (first_later, start) = (range.end, range.start);
-        let (accelerations, places, base) = (&self.chunks.accelerations, &self.places, self.base);
+        let (accelerations, places) = (&self.chunks.accelerations, &self.places);
         for_each(parallel, range, &mut own[start..], &|index, state| {
             let JoinPlan { parent, head, .. } = plan.joins[index];
             let given =
                 parent.map(|parent| later[parent.join - first_later].handed(parent.outboard));
             (state.x, state.f2) = given.unwrap_or_else(|| {
-                let a = head.map(|head| hanging(head, places, accelerations, 0, base));
+                let a = head.map(|head| descent.hanging(head, places, accelerations, 0));
                 let x = a.unwrap_or_default().to_array().map(T::cast);
                 (x, [L::ZERO; 6])
             });
@@ -186,8 +204,7 @@ impl<T: Real, L: Real> Tree<T, L> {
     fn respond(
         &mut self,
         round: usize,
-        tau: &[f64],
-        force_scales: &[f64],
+        descent: &Descent<'_, T>,
         parallel: bool,
     ) -> Result<(), Fault> {
         let plan = &self.plan;
@@ -198,10 +215,11 @@ impl<T: Real, L: Real> Tree<T, L> {
         let given = chunk::Given {
             plan,
             places: &self.places,
-            tau,
-            force_scales,
+            tau: &[],
+            force_scales: &[],
+            jumps: descent.jumps,
         };
-        let (joins, base) = (&self.joins, self.base);
+        let joins = &self.joins;
         divide(parallel, &plan.extents, range, own, &|index, own| {
             let chunk = &plan.chunks[index];
             let (x, f2) = match chunk.parent {
@@ -210,7 +228,8 @@ impl<T: Real, L: Real> Tree<T, L> {
             };
             let x = match chunk.head(plan.extents[index].slot) {
                 Some(head) => {
-                    hanging(head, given.places, later.accelerations, end.slot, base).to_array()
+                    let a = &later.accelerations;
+                    descent.hanging(head, given.places, a, end.slot).to_array()
                 }
                 None => x.map(L::cast),
             };
@@ -245,30 +264,42 @@ impl<L: Real> JoinState<L> {
     }
 }
 
-/// The acceleration a1 that a path's head hangs from, given those of the bodies from a slot on.
-fn hanging<T: Real>(
-    head: Head,
-    places: &Places<T>,
-    accelerations: &[Motion<T>],
-    first: usize,
-    base: Motion<T>,
-) -> Motion<T> {
-    match head.carrier {
-        Some(carrier) => {
-            let handle = places.bodies[carrier].handle_acceleration(accelerations[carrier - first]);
-            handle.shifted(places.bodies[head.slot].offset)
-        }
-        None => base,
+/// What the way down starts from.
+pub(super) struct Descent<'a, T> {
+    /// Acceleration of the world.
+    pub(super) base: Motion<T>,
+    /// Of a correction ([`chunk::Given`]).
+    pub(super) jumps: Option<&'a [Motion<T>]>,
+}
+
+impl<T: Real> Descent<'_, T> {
+    /// The acceleration a1 that a path's head hangs from, given those of the bodies from a slot on.
+    pub(super) fn hanging(
+        &self,
+        head: Head,
+        places: &Places<T>,
+        accelerations: &[Motion<T>],
+        first: usize,
+    ) -> Motion<T> {
+        let Some(carrier) = head.carrier else {
+            return self.base;
+        };
+        let (placed, a) = (&places.bodies[carrier], accelerations[carrier - first]);
+        let handle = match self.jumps {
+            Some(_) => a.shifted(placed.arm),
+            None => placed.handle_acceleration(a),
+        };
+        handle.shifted(places.bodies[head.slot].offset)
     }
 }
 
 /// What is raked onto bodies, as far as it is known.
-struct Rakes<'a, T, L> {
-    plan: &'a Plan<T>,
-    places: &'a Places<T>,
-    chunks: &'a [Rake<T>],
-    joins: &'a [JoinState<L>],
-    sums: &'a [Rake<T>],
+pub(super) struct Rakes<'a, T, L> {
+    pub(super) plan: &'a Plan<T>,
+    pub(super) places: &'a Places<T>,
+    pub(super) chunks: &'a [Rake<T>],
+    pub(super) joins: &'a [JoinState<L>],
+    pub(super) sums: &'a [Rake<T>],
 }
 
 impl<T: Real, L: Real> Rakes<'_, T, L> {

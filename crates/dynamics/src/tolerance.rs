@@ -1,0 +1,327 @@
+//! Forward dynamics to a tolerance: the cheapest method that is expected to meet it, refined until it
+//! does, and the next more precise one where it does not.
+//!
+//! Every solution is corrected at least once, so none goes unchecked. A method with the factors M~ of
+//! M, whose error is rho = |1 - M~^-1 M|, starts with an error of rho and multiplies it by rho with
+//! every correction. The change that correction k makes is the error before it; the ratio of two
+//! changes, or the first one alone, is rho. So
+//!
+//! error after k <= change_k * min(1, [`CAUTION`] change_k / change_(k-1)),   change_0 = 1,
+//!
+//! in norms that are not quite those of rho, for which there is the caution (a hundred covers all cases
+//! of `docs/accuracy.md`). What the precision itself can do bounds it from below.
+
+use crate::{
+    Algorithm, DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace, aba,
+    cost, dca, refine,
+};
+use core::fmt;
+use vertebra_assembly::schedule::ScheduleOptions;
+use vertebra_assembly::{Model, State};
+
+/// How much worse a correction may be than the one before, or the solution itself, makes expect.
+const CAUTION: f64 = 100.0;
+
+/// Errors of a precision that rounding alone makes likely, as multiples of its epsilon: no method in it
+/// is asked for less.
+const ROUNDING: f64 = 1024.0;
+
+/// Corrections of one solution at most: what has not converged by then is had more cheaply from the
+/// next more precise method.
+const SWEEPS: u32 = 6;
+
+/// How a [`Solver`](crate::Solver) with a tolerance has met it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Achieved {
+    /// The algorithm.
+    pub algorithm: Algorithm,
+    /// Precision of the bodies' own computations.
+    pub precision: Precision,
+    /// Precision of the joins, if there are any.
+    pub tree: Precision,
+    /// Corrections made.
+    pub sweeps: u32,
+    /// Residual of the bodies' own equations before the last correction ([`Refinement::residual`]).
+    pub residual: f64,
+    /// Estimate of the forward error max |qdd - exact| / max |exact|.
+    pub error: f64,
+}
+
+impl fmt::Display for Achieved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} in {}", self.algorithm, self.precision)?;
+        if self.algorithm == Algorithm::Dca && self.tree != self.precision {
+            write!(f, " over a tree in {}", self.tree)?;
+        }
+        let plural = if self.sweeps == 1 { "" } else { "s" };
+        write!(
+            f,
+            ", {} correction{plural}: error {:.0e}, residual {:.0e}",
+            self.sweeps, self.error, self.residual
+        )
+    }
+}
+
+/// An algorithm with its memory.
+#[derive(Clone, Debug)]
+pub(crate) enum Method {
+    Aba(Box<Workspace>),
+    Dca(Box<DcaWorkspace>),
+}
+
+impl Method {
+    pub(crate) fn solve(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<&[f64], Error> {
+        match self {
+            Self::Aba(workspace) => aba(model, state, forces, workspace),
+            Self::Dca(workspace) => dca(model, state, forces, workspace),
+        }
+    }
+
+    pub(crate) fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
+        match self {
+            Self::Aba(workspace) => refine(forces, &mut **workspace),
+            Self::Dca(workspace) => refine(forces, &mut **workspace),
+        }
+    }
+
+    pub(crate) fn accelerations(&self) -> Result<&[f64], Error> {
+        match self {
+            Self::Aba(workspace) => workspace.joint_accelerations(),
+            Self::Dca(workspace) => workspace.joint_accelerations(),
+        }
+    }
+}
+
+/// A method that may be taken, and its memory once it was.
+#[derive(Clone, Debug)]
+struct Rung {
+    algorithm: Algorithm,
+    precision: Precision,
+    tree: Precision,
+    method: Option<Method>,
+}
+
+impl Rung {
+    /// The error that its factors make likely.
+    fn likely(&self) -> f64 {
+        ROUNDING * self.tree.epsilon()
+    }
+
+    /// Corrections until [`Ladder`] is content with the likely error.
+    fn sweeps(&self, tolerance: f64) -> u32 {
+        let mut sweeps = 1;
+        let (mut error, gain) = (self.likely(), CAUTION * self.likely());
+        while error * gain.min(1.0) > tolerance && sweeps < SWEEPS {
+            error *= self.likely();
+            sweeps += 1;
+        }
+        sweeps
+    }
+
+    /// Expected time \[s\].
+    fn cost(&self, bodies: usize, rounds: usize, threads: usize, tolerance: f64) -> f64 {
+        let solve = match self.algorithm {
+            Algorithm::Aba => cost::aba(bodies, self.precision),
+            Algorithm::Dca => cost::dca(bodies, rounds, threads, self.precision),
+        };
+        solve * cost::refined(self.algorithm, self.sweeps(tolerance))
+    }
+}
+
+/// The methods from the least precise to the reference, and the one in use.
+#[derive(Clone, Debug)]
+pub(crate) struct Ladder {
+    tolerance: f64,
+    rungs: Vec<Rung>,
+    at: usize,
+    schedule: Option<ScheduleOptions>,
+    parallel: bool,
+    achieved: Option<Achieved>,
+}
+
+/// What a ladder is made for.
+pub(crate) struct Asked {
+    pub(crate) tolerance: f64,
+    pub(crate) algorithm: Algorithm,
+    pub(crate) schedule: Option<ScheduleOptions>,
+    pub(crate) rounds: usize,
+    pub(crate) threads: usize,
+}
+
+impl Ladder {
+    pub(crate) fn new(model: &Model, asked: &Asked) -> Result<Self, Error> {
+        use Algorithm::{Aba, Dca};
+        use Precision::{F32, F64, Reference};
+        if !(asked.tolerance.is_finite() && asked.tolerance >= f64::EPSILON) {
+            return Err(Error::ToleranceRange {
+                tolerance: asked.tolerance,
+            });
+        }
+        let candidates: &[(Algorithm, Precision, Precision)] = match asked.algorithm {
+            Aba => &[
+                (Aba, F32, F32),
+                (Aba, F64, F64),
+                (Aba, Reference, Reference),
+            ],
+            Dca => &[
+                (Dca, F32, F32),
+                (Dca, F64, F32),
+                (Dca, F64, F64),
+                (Aba, Reference, Reference),
+            ],
+        };
+        let rungs: Vec<Rung> = (candidates.iter())
+            .map(|&(algorithm, precision, tree)| Rung {
+                algorithm,
+                precision,
+                tree,
+                method: None,
+            })
+            .filter(|rung| ROUNDING * rung.precision.epsilon() <= asked.tolerance)
+            .collect();
+        let cost = |rung: &Rung| {
+            rung.cost(
+                model.bodies().len(),
+                asked.rounds,
+                asked.threads,
+                asked.tolerance,
+            )
+        };
+        let at = (0..rungs.len()).min_by(|&a, &b| cost(&rungs[a]).total_cmp(&cost(&rungs[b])));
+        Ok(Self {
+            tolerance: asked.tolerance,
+            rungs,
+            at: at.unwrap_or(0),
+            schedule: asked.schedule,
+            parallel: asked.threads > 1,
+            achieved: None,
+        })
+    }
+
+    /// Precision of the method in use, and of its tree.
+    pub(crate) fn precisions(&self) -> (Precision, Precision) {
+        let rung = &self.rungs[self.at];
+        (rung.precision, rung.tree)
+    }
+
+    pub(crate) const fn achieved(&self) -> Option<&Achieved> {
+        self.achieved.as_ref()
+    }
+
+    /// Solves to the tolerance, by the method that met it last or a more precise one.
+    pub(crate) fn solve(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<&[f64], Error> {
+        let start = self.at;
+        self.achieved = None;
+        let mut best: Option<Achieved> = None;
+        let mut refused = None;
+        for at in start..self.rungs.len() {
+            match self.attempt(at, model, state, forces) {
+                Ok(achieved) if achieved.error <= self.tolerance => {
+                    self.at = at;
+                    self.achieved = Some(achieved);
+                    break;
+                }
+                Ok(achieved) => {
+                    if best.is_none_or(|best| achieved.error < best.error) {
+                        best = Some(achieved);
+                    }
+                }
+                // Of more precision there may be one.
+                Err(
+                    error @ (Error::SingularJoint { .. }
+                    | Error::Unjoined { .. }
+                    | Error::Overflow { .. }),
+                ) => refused = Some(error),
+                Err(error) => return Err(error),
+            }
+        }
+        if self.achieved.is_some()
+            && let Some(method) = &self.rungs[self.at].method
+        {
+            return method.accelerations();
+        }
+        Err(match (best, refused) {
+            (None, Some(refused)) => refused,
+            (best, _) => Error::ToleranceMissed {
+                tolerance: self.tolerance,
+                error: best.map_or(f64::INFINITY, |best| best.error),
+                residual: best.map_or(f64::INFINITY, |best| best.residual),
+            },
+        })
+    }
+
+    /// One method, corrected until it meets the tolerance or corrections cease to gain.
+    fn attempt(
+        &mut self,
+        at: usize,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<Achieved, Error> {
+        let options = (self.schedule, self.parallel);
+        let rung = &mut self.rungs[at];
+        let method = match &mut rung.method {
+            Some(method) => method,
+            none => none.insert(method(
+                model,
+                rung.algorithm,
+                (rung.precision, rung.tree),
+                options,
+            )?),
+        };
+        method.solve(model, state, forces)?;
+        let mut achieved = Achieved {
+            algorithm: rung.algorithm,
+            precision: rung.precision,
+            tree: rung.tree,
+            sweeps: 0,
+            residual: f64::INFINITY,
+            error: f64::INFINITY,
+        };
+        let mut before = 1.0;
+        while achieved.sweeps < SWEEPS {
+            let Refinement { residual, change } = method.refine(forces)?;
+            let expected = CAUTION * change / before;
+            achieved.sweeps += 1;
+            achieved.residual = residual;
+            achieved.error = change * expected.min(1.0);
+            if achieved.error <= self.tolerance || change > 0.5 * before {
+                break;
+            }
+            before = change;
+        }
+        // No solution is more exact than its rounding.
+        achieved.error = achieved.error.max(f64::EPSILON);
+        Ok(achieved)
+    }
+}
+
+fn method(
+    model: &Model,
+    algorithm: Algorithm,
+    (chunks, tree): (Precision, Precision),
+    (schedule, parallel): (Option<ScheduleOptions>, bool),
+) -> Result<Method, Error> {
+    Ok(match algorithm {
+        Algorithm::Aba => Method::Aba(Box::new(Workspace::new(model, chunks))),
+        Algorithm::Dca => {
+            let options = DcaOptions {
+                chunks,
+                tree,
+                schedule,
+                parallel,
+            };
+            Method::Dca(Box::new(DcaWorkspace::new(model, &options)?))
+        }
+    })
+}

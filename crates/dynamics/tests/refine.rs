@@ -1,0 +1,264 @@
+//! Iterative refinement against the reference.
+
+#![expect(clippy::unwrap_used, reason = "a failure is the test's")]
+
+use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
+use vertebra_assembly::schedule::ScheduleOptions;
+use vertebra_assembly::{Model, Random, State};
+use vertebra_dynamics::{
+    DcaOptions, DcaWorkspace, Error, Forces, Precision, Solved, Workspace, Wrench, aba, dca,
+    forward_error, joint_wrenches, refine, residual,
+};
+
+fn inputs(model: &Model, seed: u64) -> (State, Forces) {
+    let mut forces = Forces::none(model);
+    let mut random = Random::new(seed);
+    // None larger than a body's weight, so that no light body's acceleration hides the others.
+    for body in model.bodies() {
+        for force in &mut forces.joint[body.dof_range()] {
+            *force = random.symmetric() * body.mass.mass;
+        }
+    }
+    let bodies: Vec<_> = model.body_ids().collect();
+    for _ in 0..3 {
+        let at = random.below(bodies.len());
+        let weight = model.bodies()[at].mass.mass;
+        let wrench = Wrench::at_point(random.direction() * weight, random.direction())
+            .with_torque(random.direction() * weight);
+        forces.push(bodies[at], wrench);
+    }
+    (State::random(model, seed), forces)
+}
+
+fn reference(model: &Model, state: &State, forces: &Forces) -> Workspace {
+    let mut workspace = Workspace::new(model, Precision::Reference);
+    aba(model, state, forces, &mut workspace).unwrap();
+    workspace
+}
+
+fn tree(model: &Model, chunks: Precision, tree: Precision, window: usize) -> DcaWorkspace {
+    let options = DcaOptions {
+        chunks,
+        tree,
+        schedule: Some(ScheduleOptions::with_window(window)),
+        parallel: false,
+    };
+    DcaWorkspace::new(model, &options).unwrap()
+}
+
+/// Trees, forests, chains; joints of all kinds; fixed and floating bases; chunks of every length: from
+/// joins in f32 each sweep gains their digits, whatever the shape.
+#[test]
+fn each_sweep_gains_the_digits_of_the_joins() {
+    let mut seed = 0;
+    for count in [2, 9, 40, 150] {
+        for reach in [1, 3, count] {
+            for (window, articulations) in [(1, 1), (2, 3), (8, 1), (32, 2)] {
+                seed += 1;
+                let shape = RandomTree {
+                    count,
+                    reach,
+                    articulations,
+                    floating: seed % 2 == 0,
+                    mixed: true,
+                };
+                let model = generate::random_tree(&shape, seed).unwrap();
+                let (state, forces) = inputs(&model, seed);
+                let reference = reference(&model, &state, &forces);
+                let mut workspace = tree(&model, Precision::F64, Precision::F32, window);
+                dca(&model, &state, &forces, &mut workspace).unwrap();
+                let error = |workspace: &DcaWorkspace| {
+                    forward_error(workspace.joint_accelerations().unwrap(), &reference).unwrap()
+                };
+                let start = error(&workspace);
+                let first = refine(&forces, &mut workspace).unwrap();
+                let once = error(&workspace);
+                refine(&forces, &mut workspace).unwrap();
+                let third = refine(&forces, &mut workspace).unwrap();
+                let thrice = error(&workspace);
+                let label = format!("{shape:?}, window {window}, seed {seed}");
+                let floor = 256.0 * f64::EPSILON * (count as f64).sqrt();
+                assert!(once <= 1e-2 * start + floor, "{label}: {start:e}, {once:e}");
+                assert!(thrice <= floor, "{label}: {thrice:e}");
+                // What the first changed is the error there was; the last had nothing left to change.
+                let off = (first.change - start).abs();
+                assert!(off <= 0.1 * start + floor, "{label}: {first:?}, {start:e}");
+                assert!(third.change <= floor, "{label}: {third:?}");
+                assert!(third.residual <= floor, "{label}: {third:?}");
+            }
+        }
+    }
+}
+
+/// In the reference precision over joins in f32 and f64, whose digits are gained again and again: the
+/// equations are those of the solution, to the last of 106 bits.
+#[test]
+fn corrections_reach_the_last_bits_of_the_reference() {
+    for (joins, sweeps) in [(Precision::F32, 6), (Precision::F64, 3)] {
+        for (seed, reach) in [(1, 1), (2, 3), (3, 60)] {
+            let shape = RandomTree {
+                reach,
+                floating: seed == 2,
+                ..RandomTree::mixed(60)
+            };
+            let model = generate::random_tree(&shape, seed).unwrap();
+            let (state, forces) = inputs(&model, seed);
+            let mut workspace = tree(&model, Precision::Reference, joins, 4);
+            dca(&model, &state, &forces, &mut workspace).unwrap();
+            for _ in 0..sweeps {
+                refine(&forces, &mut workspace).unwrap();
+            }
+            let left = residual(&model, &state, &forces, &workspace).unwrap();
+            let bound = 64.0 * Precision::Reference.epsilon() * model.depth() as f64;
+            assert!(left.by_body <= bound, "{joins}, reach {reach}: {left:?}");
+        }
+    }
+}
+
+/// Masses that cost digits, the recursion included: two sweeps end where no solver in f64 does.
+#[test]
+fn uneven_masses() {
+    for masses in [
+        Masses::Equal,
+        Masses::HeavyLast(1e8),
+        Masses::HeavyBase(1e8),
+        Masses::Alternating(1e6),
+        Masses::EveryEighth(1e-16),
+        Masses::EveryEighth(1e4),
+        Masses::Decades(4.0),
+        Masses::Decades(8.0),
+        Masses::HeavyTips(1e4),
+    ] {
+        for (reach, seed) in [(1, 1), (1, 2), (4, 3), (4, 4)] {
+            let model = generate::uneven_tree(300, reach, &Rod::default(), &masses, seed).unwrap();
+            let (state, forces) = inputs(&model, seed);
+            let reference = reference(&model, &state, &forces);
+            let check = |name: &str, solved: &[f64]| {
+                let error = forward_error(solved, &reference).unwrap();
+                let label = format!("{masses:?}, reach {reach}, {name}");
+                assert!(error <= 1e-13, "{label}: {error:e}");
+            };
+            let mut recursion = Workspace::new(&model, Precision::F64);
+            aba(&model, &state, &forces, &mut recursion).unwrap();
+            let mut joined = tree(&model, Precision::F64, Precision::F32, 32);
+            dca(&model, &state, &forces, &mut joined).unwrap();
+            let sweeps = if matches!(masses, Masses::HeavyTips(_)) {
+                4
+            } else {
+                2
+            };
+            for _ in 0..sweeps {
+                refine(&forces, &mut recursion).unwrap();
+                refine(&forces, &mut joined).unwrap();
+            }
+            check("recursion", recursion.joint_accelerations().unwrap());
+            check("tree", joined.joint_accelerations().unwrap());
+        }
+    }
+}
+
+/// The forces in the joints are refined with the accelerations, and are not computed anew after.
+#[test]
+fn forces_in_the_joints() {
+    let shape = RandomTree {
+        reach: 3,
+        floating: true,
+        ..RandomTree::mixed(120)
+    };
+    let model = generate::random_tree(&shape, 5).unwrap();
+    let (state, forces) = inputs(&model, 5);
+    let mut exact = reference(&model, &state, &forces);
+    joint_wrenches(&mut exact).unwrap();
+    let mut recursion = Workspace::new(&model, Precision::F64);
+    aba(&model, &state, &forces, &mut recursion).unwrap();
+    let mut joined = tree(&model, Precision::F64, Precision::F32, 4);
+    dca(&model, &state, &forces, &mut joined).unwrap();
+    for _ in 0..3 {
+        refine(&forces, &mut recursion).unwrap();
+        refine(&forces, &mut joined).unwrap();
+    }
+    joint_wrenches(&mut recursion).unwrap();
+    joined.compute_joint_wrenches(&forces).unwrap();
+    let bodies = || {
+        model
+            .body_ids()
+            .map(|body| exact.joint_wrench(body).unwrap())
+    };
+    let largest = bodies().fold(0.0_f64, |m, f| {
+        m.max(f.force.length()).max(f.moment.length())
+    });
+    for (body, exact) in model.body_ids().zip(bodies()) {
+        for found in [recursion.joint_wrench(body), joined.joint_wrench(body)] {
+            let found = found.unwrap();
+            let off = (found.force - exact.force)
+                .length()
+                .max((found.moment - exact.moment).length());
+            assert!(
+                off <= 1e3 * f64::EPSILON * largest,
+                "{off:e} of {largest:e}"
+            );
+        }
+    }
+    for left in [
+        residual(&model, &state, &forces, &recursion).unwrap(),
+        residual(&model, &state, &forces, &joined).unwrap(),
+    ] {
+        let bound = 64.0 * f64::EPSILON * model.depth() as f64;
+        assert!(left.by_body <= bound, "{left:?}");
+    }
+}
+
+/// Whatever the number of threads, the same bits.
+#[test]
+fn threads_change_nothing() {
+    let shape = RandomTree {
+        reach: 3,
+        ..RandomTree::mixed(6000)
+    };
+    let model = generate::random_tree(&shape, 3).unwrap();
+    let (state, forces) = inputs(&model, 3);
+    let solve = |parallel| {
+        let options = DcaOptions {
+            parallel,
+            tree: Precision::F32,
+            ..DcaOptions::default()
+        };
+        let mut workspace = DcaWorkspace::new(&model, &options).unwrap();
+        dca(&model, &state, &forces, &mut workspace).unwrap();
+        let refined = refine(&forces, &mut workspace).unwrap();
+        let qdd = workspace.joint_accelerations().unwrap();
+        let bits: Vec<_> = qdd.iter().map(|x| x.to_bits()).collect();
+        (bits, refined)
+    };
+    let alone = solve(false);
+    for threads in [1, 2, 8] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = pool.build().unwrap();
+        assert!(pool.install(|| solve(true)) == alone, "{threads} threads");
+    }
+}
+
+/// Nothing to refine, forces of another model; and a failed solve leaves nothing to refine.
+#[test]
+fn refusals() {
+    fn refused(result: Result<impl Sized, Error>) -> bool {
+        matches!(result, Err(Error::NotComputed { .. }))
+    }
+    fn empty(model: &Model, solved: &mut impl Solved) {
+        assert!(refused(refine(&Forces::none(model), solved)));
+    }
+    let model = generate::random_chain(40, &Rod::default(), 1).unwrap();
+    let (mut state, forces) = inputs(&model, 1);
+    let mut recursion = Workspace::new(&model, Precision::F64);
+    let mut joined = tree(&model, Precision::F64, Precision::F32, 8);
+    empty(&model, &mut recursion);
+    empty(&model, &mut joined);
+    dca(&model, &state, &forces, &mut joined).unwrap();
+    let other = generate::random_chain(3, &Rod::default(), 1).unwrap();
+    let foreign = refine(&Forces::none(&other), &mut joined);
+    assert!(matches!(foreign, Err(Error::Model(_))), "{foreign:?}");
+    refine(&forces, &mut joined).unwrap();
+    state.qd[3] = 1e200;
+    assert!(dca(&model, &state, &forces, &mut joined).is_err());
+    empty(&model, &mut joined);
+}

@@ -1,0 +1,159 @@
+//! Tolerances met or refused by name, and errors watched.
+
+#![expect(clippy::unwrap_used, reason = "a failure is the test's")]
+
+use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
+use vertebra_assembly::{Model, Random, State};
+use vertebra_dynamics::{
+    Algorithm, Error, Forces, Monitor, Precision, Simulation, Solver, SolverOptions, Workspace,
+    aba, forward_error,
+};
+
+fn inputs(model: &Model, seed: u64) -> (State, Forces) {
+    let mut forces = Forces::none(model);
+    let mut random = Random::new(seed);
+    for body in model.bodies() {
+        for force in &mut forces.joint[body.dof_range()] {
+            *force = random.symmetric() * body.mass.mass;
+        }
+    }
+    (State::random(model, seed), forces)
+}
+
+fn options(tolerance: f64, algorithm: Algorithm) -> SolverOptions {
+    SolverOptions {
+        algorithm: Some(algorithm),
+        parallel: false,
+        ..SolverOptions::to_tolerance(tolerance)
+    }
+}
+
+/// The true error, against the reference.
+fn error(model: &Model, state: &State, forces: &Forces, qdd: &[f64]) -> f64 {
+    let mut reference = Workspace::new(model, Precision::Reference);
+    aba(model, state, forces, &mut reference).unwrap();
+    forward_error(qdd, &reference).unwrap()
+}
+
+/// Hard masses, chains and trees, all joints: whatever is asked for is had, whoever computes.
+#[test]
+fn tolerances_are_met() {
+    let patterns = [
+        Masses::Equal,
+        Masses::HeavyLast(1e8),
+        Masses::Alternating(1e6),
+        Masses::Decades(8.0),
+        Masses::EveryEighth(1e-16),
+        Masses::HeavyTips(1e4),
+    ];
+    let uneven = patterns.into_iter().flat_map(|masses| {
+        [1, 4].map(|reach| generate::uneven_tree(200, reach, &Rod::default(), &masses, 3).unwrap())
+    });
+    let mixed = (0..4).map(|seed| {
+        let shape = RandomTree {
+            reach: 3,
+            floating: seed % 2 == 0,
+            ..RandomTree::mixed(100)
+        };
+        generate::random_tree(&shape, seed).unwrap()
+    });
+    for model in uneven.chain(mixed) {
+        let (state, forces) = inputs(&model, 5);
+        for algorithm in [Algorithm::Aba, Algorithm::Dca] {
+            for tolerance in [1e-2, 1e-3, 1e-5, 1e-8, 1e-10, 1e-12, 1e-15] {
+                let mut solver = Solver::new(&model, &options(tolerance, algorithm)).unwrap();
+                let qdd = solver.forward_dynamics(&model, &state, &forces).unwrap();
+                let found = error(&model, &state, &forces, qdd);
+                let achieved = solver.achieved().unwrap();
+                let label = format!("{tolerance:e} by {achieved}: {found:e}");
+                assert!(found <= tolerance, "{label}");
+                assert!(
+                    achieved.error <= tolerance && achieved.sweeps > 0,
+                    "{label}"
+                );
+            }
+        }
+    }
+}
+
+/// Cheap where that will do, precise where it has to be.
+#[test]
+fn the_method_follows_the_tolerance() {
+    let model = generate::random_chain(200, &Rod::default(), 1).unwrap();
+    let (state, forces) = inputs(&model, 1);
+    let precision = |tolerance| {
+        let mut solver = Solver::new(&model, &options(tolerance, Algorithm::Aba)).unwrap();
+        solver.forward_dynamics(&model, &state, &forces).unwrap();
+        solver.achieved().unwrap().precision
+    };
+    assert_eq!(precision(1e-2), Precision::F32);
+    assert_eq!(precision(1e-9), Precision::F64);
+    assert_eq!(precision(1e-15), Precision::Reference);
+
+    // A heavy tip leaves f32 nothing to correct: more precision is taken without being asked, and kept.
+    let heavy = Masses::HeavyLast(1e8);
+    let model = generate::uneven_tree(200, 1, &Rod::default(), &heavy, 1).unwrap();
+    let (state, forces) = inputs(&model, 1);
+    let mut solver = Solver::new(&model, &options(1e-2, Algorithm::Aba)).unwrap();
+    assert_eq!(solver.choice().precision, Precision::F32);
+    for _ in 0..2 {
+        solver.forward_dynamics(&model, &state, &forces).unwrap();
+        assert_eq!(solver.achieved().unwrap().precision, Precision::F64);
+    }
+}
+
+/// What is impossible is refused by name, and there is nothing to be read then.
+#[test]
+fn refusals() {
+    let model = generate::random_chain(20, &Rod::default(), 1).unwrap();
+    for tolerance in [0.0, 1e-17, -1.0, f64::NAN, f64::INFINITY] {
+        let refused = Solver::new(&model, &options(tolerance, Algorithm::Aba));
+        assert!(matches!(refused, Err(Error::ToleranceRange { .. })));
+    }
+    let mut solver = Solver::new(&model, &options(1e-9, Algorithm::Dca)).unwrap();
+    assert!(solver.achieved().is_none());
+    let (mut state, forces) = inputs(&model, 1);
+    solver.forward_dynamics(&model, &state, &forces).unwrap();
+    state.qd[3] = 1e200;
+    let refused = solver.forward_dynamics(&model, &state, &forces);
+    assert!(
+        matches!(refused, Err(Error::Overflow { .. })),
+        "{refused:?}"
+    );
+    assert!(solver.achieved().is_none());
+    state.qd[3] = f64::NAN;
+    let refused = solver.forward_dynamics(&model, &state, &forces);
+    assert!(matches!(refused, Err(Error::Model(_))), "{refused:?}");
+    state.qd[3] = 1.0;
+    solver.forward_dynamics(&model, &state, &forces).unwrap();
+    assert!(solver.achieved().is_some());
+}
+
+/// The error that a check finds is the error there is, and checks change nothing.
+#[test]
+fn errors_are_watched() {
+    let model = generate::random_chain(40, &Rod::default(), 2).unwrap();
+    let run = |monitor: Option<Monitor>| {
+        let mut simulation = Simulation::new(model.clone()).unwrap();
+        simulation = simulation.with_precision(Precision::F32).unwrap();
+        if let Some(monitor) = monitor {
+            simulation = simulation.with_monitor(monitor);
+        }
+        simulation.set_state(State::random(&model, 3)).unwrap();
+        for _ in 0..25 {
+            simulation.step(1e-4).unwrap();
+        }
+        simulation
+    };
+    let plain = run(None);
+    let watched = run(Some(Monitor::every(10, 1e-8)));
+    assert_eq!(plain.state(), watched.state());
+    assert!(plain.monitor().is_none());
+    let monitor = watched.monitor().unwrap();
+    assert_eq!((monitor.checks(), monitor.exceeded()), (3, 3));
+    let found = monitor.worst().unwrap().found;
+    assert!(found.change > 1e-8 && found.change < 1e-3, "{found:?}");
+    let exact = run(Some(Monitor::every(1, 1e-3)));
+    let monitor = exact.monitor().unwrap();
+    assert_eq!((monitor.checks(), monitor.exceeded()), (25, 0));
+}
