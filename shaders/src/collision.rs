@@ -50,6 +50,12 @@ pub struct Job {
     pub b_first: u32,
     /// Number of blocks of B.
     pub b_blocks: u32,
+    /// The pose of A, where poses come from a buffer.
+    pub a_pose: u32,
+    /// The pose of B.
+    pub b_pose: u32,
+    /// Fills up the alignment.
+    pub unused: [u32; 2],
 }
 
 /// What [`BLOCK_PAIRS`] works on.
@@ -129,6 +135,18 @@ pub struct Mesh {
     pub root: u32,
 }
 
+/// What [`PLACE_BODIES`] works on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Bodies {
+    /// Number of jobs.
+    pub jobs: u32,
+}
+
+/// Words of a pose that [`PLACE_BODIES`] reads: quaternion x, y, z, w; translation; one that does not
+/// count.
+pub const POSE: usize = 8;
+
 /// What becomes of the pairs that meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
@@ -168,11 +186,25 @@ impl Answer {
 const MESH: &str = include_str!("../wgsl/collision/mesh.wgsl");
 const QUEUE: &str = include_str!("../wgsl/collision/queue.wgsl");
 const BOX_POSE: &str = include_str!("../wgsl/collision/box_pose.wgsl");
+const JOB_OF: &str = include_str!("../wgsl/collision/job_of.wgsl");
+const PLACES: &str = include_str!("../wgsl/collision/places.wgsl");
 const COUNTS: &str = include_str!("../wgsl/collision/counts.wgsl");
 const FIT_PART: &str = include_str!("../wgsl/collision/fit.wgsl");
 
 /// Bytes of a vector of three in workgroup memory.
 const VECTOR: u32 = 16;
+
+/// Places the bodies of each job as their poses in a buffer say.
+pub const PLACE_BODIES: Kernel = Kernel::new(
+    "place_bodies",
+    &[include_str!("../wgsl/collision/place_bodies.wgsl"), MESH],
+    &[
+        Binding::uniform::<Bodies>("bodies"),
+        Binding::read::<f32>("poses"),
+        Binding::read_write::<Job>("jobs"),
+    ],
+    [64, 1, 1],
+);
 
 /// Pairs of blocks whose boxes overlap, from every block of A against every block of B.
 pub const BLOCK_PAIRS: Kernel = Kernel::new(
@@ -180,6 +212,7 @@ pub const BLOCK_PAIRS: Kernel = Kernel::new(
     &[
         include_str!("../wgsl/collision/block_pairs.wgsl"),
         QUEUE,
+        JOB_OF,
         BOX_POSE,
         MESH,
         COUNTS,
@@ -202,6 +235,7 @@ pub const TREE_PAIRS: Kernel = Kernel::new(
     &[
         include_str!("../wgsl/collision/tree_pairs.wgsl"),
         QUEUE,
+        JOB_OF,
         BOX_POSE,
         MESH,
         COUNTS,
@@ -218,12 +252,13 @@ pub const TREE_PAIRS: Kernel = Kernel::new(
     [64, 1, 1],
 );
 
-/// Needs an answer.
+/// Needs an answer, and a judge.
 const NARROW: Kernel = Kernel::new(
     "narrow",
     &[
         include_str!("../wgsl/collision/narrow.wgsl"),
         include_str!("../wgsl/collision/decide.wgsl"),
+        PLACES,
         MESH,
         COUNTS,
     ],
@@ -243,11 +278,60 @@ const NARROW: Kernel = Kernel::new(
 // Names; boxes and corners; edges of B and their errors; the list; two counters.
 .workgroup_memory_of(4 * 64 + 5 * 64 * VECTOR + 32 * (2 * VECTOR + 8) + 4 * 256 + 8);
 
-/// Decides the pairs of triangles of the queued pairs of blocks. The constant `LEAVE_HITS` leaves
-/// those that meet to the host like the undecided.
+/// Decides the pairs of triangles of the queued pairs of blocks; of a mesh and itself, each pair once
+/// and neighbours only where they meet beyond their common corners. The constant `LEAVE_HITS` leaves
+/// pairs that meet to the host like the undecided.
 #[must_use]
-pub fn narrow(answer: Answer) -> Kernel {
-    NARROW.with(answer.part())
+pub fn narrow(answer: Answer, itself: bool) -> Kernel {
+    let judge = if itself {
+        include_str!("../wgsl/collision/judge_self.wgsl")
+    } else {
+        include_str!("../wgsl/collision/judge_pair.wgsl")
+    };
+    NARROW.with(answer.part()).with(judge)
+}
+
+/// Triangles of A, and of B, that a workgroup of [`moller`] takes.
+pub const MOLLER_TILE: [usize; 2] = [64, 512];
+
+/// What [`moller`] takes as zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Tolerance {
+    /// Distances times twice the area below this.
+    pub epsilon: f32,
+}
+
+/// Needs an answer.
+const MOLLER: Kernel = Kernel::new(
+    "moller",
+    &[
+        include_str!("../wgsl/collision/moller.wgsl"),
+        JOB_OF,
+        PLACES,
+        MESH,
+        COUNTS,
+    ],
+    &[
+        Binding::uniform::<Sizes>("sizes"),
+        Binding::uniform::<Places>("places"),
+        Binding::uniform::<Tolerance>("tolerance"),
+        Binding::read::<Job>("jobs"),
+        Binding::read::<u32>("vertices_a"),
+        Binding::read::<[u32; 4]>("leaves_a"),
+        Binding::read::<u32>("vertices_b"),
+        Binding::read::<[u32; 4]>("leaves_b"),
+        Binding::read_write::<u32>("counts"),
+        Binding::read_write::<u32>("found"),
+    ],
+    [64, 1, 1],
+)
+.workgroup_memory_of(32 * 80);
+
+/// The interval test of Möller in single precision, every triangle against every other.
+#[must_use]
+pub fn moller(answer: Answer) -> Kernel {
+    MOLLER.with(answer.part())
 }
 
 /// Boxes of blocks and of their parents; fails at vertices that are not finite.
@@ -320,6 +404,7 @@ pub const ARRANGE: Kernel = Kernel::new(
 /// Every kernel as it can be dispatched, with what it is.
 pub(crate) fn kernels() -> Vec<(String, Kernel)> {
     let plain = [
+        PLACE_BODIES,
         BLOCK_PAIRS,
         TREE_PAIRS,
         FIT_LEAVES,
@@ -332,7 +417,11 @@ pub(crate) fn kernels() -> Vec<(String, Kernel)> {
         .map(|kernel| (kernel.name().to_owned(), kernel))
         .collect();
     for answer in Answer::ALL {
-        kernels.push((format!("narrow {answer:?}"), narrow(answer)));
+        kernels.push((format!("moller {answer:?}"), moller(answer)));
+        for itself in [false, true] {
+            let of = if itself { "one mesh" } else { "two meshes" };
+            kernels.push((format!("narrow {answer:?} of {of}"), narrow(answer, itself)));
+        }
     }
     kernels
 }

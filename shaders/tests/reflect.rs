@@ -158,16 +158,15 @@ fn structs_are_laid_out_alike_on_both_sides() {
         fields!(collision::Sizes: jobs, groups, queue),
         fields!(collision::Places: queue, hits, undecided, undecided_at, answer, answer_a, row, rows),
         fields!(collision::Mesh: triangles, root),
-        fields!(collision::Levels: children, children_at, parents, parents_at, grandparents, grandparents_at),
-        // Without the words that fill up its alignment.
-        (
-            "Tree",
-            size_of::<collision::Tree>(),
-            vec![
-                ("top", offset_of!(collision::Tree, top)),
-                ("levels", offset_of!(collision::Tree, levels)),
-            ],
+        fields!(collision::Tolerance: epsilon),
+        fields!(collision::Bodies: jobs),
+        // Without the words that fill up their alignment.
+        fields!(collision::Tree: top, levels),
+        fields!(
+            collision::Job: rows, coordinate_error, edge_error, first_group, itself, a_first, a_blocks, b_first, b_blocks, a_pose,
+            b_pose
         ),
+        fields!(collision::Levels: children, children_at, parents, parents_at, grandparents, grandparents_at),
     ];
     let mut seen = std::collections::BTreeSet::new();
     for (name, kernel) in KERNELS.iter() {

@@ -1,11 +1,12 @@
-//! The scenario `gpu`: what dispatches cost, and how fast the primitives are, by timestamps on the
+//! The scenario `gpu`: what dispatches cost, how fast the primitives are, and triangle collision, by timestamps on the
 //! device; every result is compared with the CPU's.
 
 mod bare;
 pub(crate) mod chains;
+mod collision;
 mod rows;
 
-use super::{Measurement, Meter, Selection};
+use super::{Measurement, Meter, Selection, meshes};
 use crate::measure::Timing;
 use crate::row::Row;
 use crate::suite::gpu;
@@ -25,6 +26,7 @@ const SHORT_LENGTH: usize = 1_000_000;
 /// A device that is measured.
 pub struct Subject {
     device: Device,
+    meshes: Vec<meshes::Subject>,
 }
 
 impl Subject {
@@ -39,7 +41,8 @@ impl Subject {
             Err(_) => return Ok(None),
         };
         let real = device.info().device_type != DeviceType::Cpu;
-        Ok((named || real).then_some(Self { device }))
+        let meshes = meshes::subjects()?;
+        Ok((named || real).then_some(Self { device, meshes }))
     }
 
     /// The device.
@@ -89,6 +92,11 @@ impl Subject {
                 }
             }
         }
+        list.extend(collision::measurements(
+            &self.device,
+            &self.meshes,
+            selection,
+        ));
         list
     }
 }

@@ -2,6 +2,7 @@
 //! wrong. They run on any device, a software one too.
 
 mod batch;
+mod collision;
 mod compare;
 mod dynamics;
 mod faults;
@@ -77,6 +78,11 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_same_bits", dynamics::same_bits),
     check("dca_many_steps", dynamics::many_steps),
     check("dca_overflow", dynamics::overflow),
+    check("collision_gold", collision::gold),
+    check("collision_hard", collision::hard),
+    check("collision_large", collision::large),
+    check("collision_queues_grow", collision::queues_grow),
+    check("collision_moved", collision::moved),
 ];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {

@@ -30,14 +30,22 @@
 //!
 //! Queues that are too small are made larger and the question is asked again: nothing is ever left out.
 
+mod batch;
 mod collider;
+mod cost;
 mod error;
 mod job;
+mod links;
+mod matrix;
 mod query;
 mod search;
+mod self_query;
 mod settle;
 
 pub use collider::Collider;
 pub use error::Error;
-pub use query::{Query, Statistics};
+pub use links::{AtConfigurations, Following, Links};
+pub use matrix::PairMatrix;
+pub use query::{AtPoses, Query, Statistics};
+pub use self_query::SelfQuery;
 pub use vertebra_gpu::Device;

@@ -55,15 +55,7 @@ impl<'a, B: Borrow<Collider> + Sync> Links<'a, B> {
     ///
     /// [`QueryError::NoSuchBody`]; [`QueryError::SameBody`] if the two are one.
     pub fn ignore(mut self, one: usize, other: usize) -> Result<Self, QueryError> {
-        for body in [one, other] {
-            if body >= self.bodies.len() {
-                let bodies = self.bodies.len();
-                return Err(QueryError::NoSuchBody { body, bodies });
-            }
-        }
-        if one == other {
-            return Err(QueryError::SameBody { body: one });
-        }
+        check_pair([one, other], self.bodies.len())?;
         self.ignored.insert([one.min(other), one.max(other)]);
         Ok(self)
     }
@@ -128,4 +120,17 @@ impl<'a, B: Borrow<Collider> + Sync> Links<'a, B> {
         let of_one = |_| answers.by_ref().take(pairs.len()).collect();
         configurations.iter().map(of_one).collect()
     }
+}
+
+/// Refuses what is no pair of so many bodies.
+pub(crate) fn check_pair([one, other]: [usize; 2], bodies: usize) -> Result<(), QueryError> {
+    for body in [one, other] {
+        if body >= bodies {
+            return Err(QueryError::NoSuchBody { body, bodies });
+        }
+    }
+    if one == other {
+        return Err(QueryError::SameBody { body: one });
+    }
+    Ok(())
 }

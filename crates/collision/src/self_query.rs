@@ -180,28 +180,32 @@ impl Neighbours<'_> {
         let corners = |t: u32| self.mesh.triangles()[t as usize].map(|v| self.places[v as usize]);
         let (a, b) = (corners(i), corners(j));
         let shared = a.iter().any(|corner| b.contains(corner));
-        !shared || self.meet_beyond([i, j], a, b)
+        let points = |t: u32| self.mesh.wide_triangle(t);
+        !shared || meet_beyond((&points(i), a), (&points(j), b))
     }
+}
 
-    /// Whether two triangles meet in more than the hull of their common corners, of which there is one at least.
-    ///
-    /// Their intersection contains that hull, which is a face of both; so it is no more if all its extreme points are
-    /// common corners, unless it is an area: two triangles in the same place count.
-    fn meet_beyond(&self, [i, j]: [u32; 2], a: [u32; 3], b: [u32; 3]) -> bool {
-        let (points_a, points_b) = (self.mesh.wide_triangle(i), self.mesh.wide_triangle(j));
-        if apart_beyond((&points_a, a), (&points_b, b)) {
-            return false;
-        }
-        let meeting = Meeting::of(Simplex::hull_of(&points_a), Simplex::hull_of(&points_b));
-        let common_corner = |face: u8, own: &[u32; 3], other: &[u32; 3]| {
-            face.count_ones() == 1 && corners(face).all(|corner| other.contains(&own[corner]))
-        };
-        let points = meeting.points();
-        points.len() > 2
-            || points
-                .iter()
-                .any(|&[in_a, in_b]| !common_corner(in_a, &a, &b) && !common_corner(in_b, &b, &a))
+/// Whether two triangles, given by the positions and the places of their corners, meet in more than the hull of their
+/// common corners, of which there is one at least.
+///
+/// Their intersection contains that hull, which is a face of both; so it is no more if all its extreme points are
+/// common corners, unless it is an area: two triangles in the same place count.
+pub(crate) fn meet_beyond(
+    (points_a, a): (&[DVec3; 3], [u32; 3]),
+    (points_b, b): (&[DVec3; 3], [u32; 3]),
+) -> bool {
+    if apart_beyond((points_a, a), (points_b, b)) {
+        return false;
     }
+    let meeting = Meeting::of(Simplex::hull_of(points_a), Simplex::hull_of(points_b));
+    let common_corner = |face: u8, own: &[u32; 3], other: &[u32; 3]| {
+        face.count_ones() == 1 && corners(face).all(|corner| other.contains(&own[corner]))
+    };
+    let points = meeting.points();
+    points.len() > 2
+        || points
+            .iter()
+            .any(|&[in_a, in_b]| !common_corner(in_a, &a, &b) && !common_corner(in_b, &b, &a))
 }
 
 /// What settles nearly all neighbours: that a line through the common corners, in a projection along an axis, or the

@@ -27,6 +27,9 @@ struct Job {
     a_blocks: u32,
     b_first: u32,
     b_blocks: u32,
+    // The poses of A and B, where they come from a buffer.
+    a_pose: u32,
+    b_pose: u32,
 }
 
 struct Box {

@@ -1,5 +1,5 @@
 // Decides the pairs of triangles of queued pairs of blocks: first by their boxes, then what is left by
-// `decide`. With `hit` and `wanted` of another part.
+// `judge`. With `judge`, `is_once`, `hit` and `wanted` of other parts.
 //
 // A workgroup takes four pairs of blocks at a time: each lane brings one of their 64 triangles, then each
 // compares four pairs of boxes, then the pairs that are left are shared out.
@@ -15,21 +15,6 @@ const DEFINITION: f32 = 1.5e-8;
 
 // Whether pairs that meet are left to the host like the undecided, for more than that they do.
 override LEAVE_HITS: u32 = 0u;
-
-struct Places {
-    // Places in the queue, for hits, and for undecided pairs.
-    queue: u32,
-    hits: u32,
-    undecided: u32,
-    // The word at which undecided pairs begin.
-    undecided_at: u32,
-    // Words of an answer for one job, and of the part of it that is about A.
-    answer: u32,
-    answer_a: u32,
-    // Rows of the matrix of pairs: the first, and how many.
-    row: u32,
-    rows: u32,
-}
 
 @group(0) @binding(0) var<uniform> places: Places;
 @group(0) @binding(1) var<storage, read> jobs: array<Job>;
@@ -119,12 +104,6 @@ fn stage_b(place: u32, leaf: vec4<u32>, job: Job) {
     highs[SIDE + place] = bounds.high;
 }
 
-fn put(at: u32, words: vec3<u32>) {
-    atomicStore(&found[at], words.x);
-    atomicStore(&found[at + 1u], words.y);
-    atomicStore(&found[at + 2u], words.z);
-}
-
 // Leaves a pair to the host, with its coordinates as they are in memory.
 fn leave(a: vec4<u32>, b: vec4<u32>, job: u32) {
     let place = atomicAdd(&counts[UNDECIDED], 1u);
@@ -187,6 +166,7 @@ fn main(
             let box_a = Box(lows[a], highs[a]);
             let box_b = Box(lows[SIDE + b], highs[SIDE + b]);
             if first + pair < count && overlap(box_a, box_b)
+                && is_once(first + pair, a, b)
                 && wanted(names[a], names[SIDE + b], queue[3u * (first + pair) + 2u])
             {
                 list[atomicAdd(&list_count, 1u)] = a * SIDE + b;
@@ -207,9 +187,11 @@ fn main(
                     errors[b].x,
                     errors[b].y,
                 );
-                let verdict = decide(Corners(corners_p[a], corners_q[a], corners_r[a]), posed);
+                let entry = first + a / WIDTH;
+                let corners = Corners(corners_p[a], corners_q[a], corners_r[a]);
+                let verdict = judge(entry, a, b, corners, posed);
                 if verdict != MISS {
-                    let at = 3u * (first + a / WIDTH);
+                    let at = 3u * entry;
                     let job = queue[at + 2u];
                     if verdict == HIT && LEAVE_HITS == 0u {
                         hit(names[a], names[SIDE + b], job);

@@ -1,17 +1,5 @@
 // What kernels that fill the queue of pairs of blocks have in common.
 
-// How often jobs can be halved to find the one that a workgroup belongs to.
-const HALVINGS: u32 = 32u;
-
-struct Sizes {
-    // Number of jobs.
-    jobs: u32,
-    // Workgroups of all jobs.
-    groups: u32,
-    // Places in the queue.
-    queue: u32,
-}
-
 @group(0) @binding(0) var<uniform> sizes: Sizes;
 @group(0) @binding(1) var<storage, read> jobs: array<Job>;
 @group(0) @binding(2) var<storage, read> boxes_a: array<vec4<f32>>;
@@ -25,22 +13,4 @@ fn enqueue(place: u32, a_block: u32, b_block: u32, job: u32) {
         queue[3u * place + 1u] = b_block;
         queue[3u * place + 2u] = job;
     }
-}
-
-// The last job that begins at this workgroup or before.
-fn job_of(group: u32) -> u32 {
-    var first = 0u;
-    var end = sizes.jobs;
-    for (var i = 0u; i < HALVINGS; i++) {
-        if end - first <= 1u {
-            break;
-        }
-        let middle = first + (end - first) / 2u;
-        if jobs[middle].first_group <= group {
-            first = middle;
-        } else {
-            end = middle;
-        }
-    }
-    return first;
 }

@@ -59,7 +59,8 @@ impl Collider {
     ///
     /// [`Error::TooLarge`]; [`Error::Device`].
     pub fn new(device: &Device, mesh: TriangleMesh) -> Result<Self, Error> {
-        let resident = Resident::new(device, &mesh)?;
+        let resident = Resident::new(device, &coordinates(&mesh), &leaves(&mesh), mesh.len())?;
+        resident.rebuild()?;
         Ok(Self {
             mesh,
             resident: Arc::new(resident),
@@ -123,18 +124,26 @@ impl Collider {
 }
 
 impl Resident {
-    fn new(device: &Device, mesh: &TriangleMesh) -> Result<Self, Error> {
-        fits(device, "vertices", mesh.vertices().len(), 12)?;
-        fits(device, "triangles", mesh.len(), 16)?;
-        let mut levels = vec![count(mesh.len().div_ceil(WIDTH))];
+    /// Triangles of a block.
+    pub(super) const WIDTH: usize = WIDTH;
+
+    /// From the coordinates of all vertices, and corners and index of each triangle, block by block.
+    pub(super) fn new(
+        device: &Device,
+        coordinates: &[f32],
+        given_leaves: &[[u32; 4]],
+        triangles: usize,
+    ) -> Result<Self, Error> {
+        fits(device, "vertices", coordinates.len() / 3, 12)?;
+        fits(device, "triangles", given_leaves.len(), 16)?;
+        let mut levels = vec![count(given_leaves.len() / WIDTH)];
         while let Some(&last @ 2..) = levels.last() {
             levels.push(last.div_ceil(count(WIDTH)));
         }
         let nodes: u32 = levels.iter().sum();
-        let vertices = device.buffer_from("vertices", &coordinates(mesh))?;
-        let given_leaves = leaves(mesh);
-        let given = device.buffer_from("triangles", &given_leaves)?;
-        let leaves = device.buffer_from("leaves", &given_leaves)?;
+        let vertices = device.buffer_from("vertices", coordinates)?;
+        let given = device.buffer_from("triangles", given_leaves)?;
+        let leaves = device.buffer_from("leaves", given_leaves)?;
         let boxes = device.buffer("boxes", 2 * nodes as usize)?;
         let mut recording = Recording::new("fit");
         let slots = Slots {
@@ -148,19 +157,22 @@ impl Resident {
             slots.leaves.is(&leaves),
             slots.boxes.is(&boxes),
         ];
-        let resident = Self {
+        Ok(Self {
             fit: device.prepare_with(&recording, &shared)?,
             device: device.clone(),
             vertices,
             leaves,
             given,
             boxes,
-            triangles: count(mesh.len()),
+            triangles: count(triangles),
             levels,
             refit: Mutex::new(Refit::Fine),
-        };
-        resident.rebuild()?;
-        Ok(resident)
+        })
+    }
+
+    /// Fills up the last block.
+    pub(super) fn fill_up(leaves: &mut Vec<[u32; 4]>) {
+        leaves.resize(leaves.len().next_multiple_of(WIDTH), [0, 0, 0, NONE]);
     }
 
     /// Finds the box of the mesh, sorts its triangles, and fits the boxes.
@@ -203,7 +215,7 @@ impl Resident {
         self.refit()
     }
 
-    fn refit(&self) -> Result<(), Error> {
+    pub(super) fn refit(&self) -> Result<(), Error> {
         let pending = self.fit.run()?;
         *self.refit.lock().unwrap_or_else(PoisonError::into_inner) = Refit::UnderWay(pending);
         Ok(())
@@ -320,7 +332,7 @@ fn coordinates(mesh: &TriangleMesh) -> Vec<f32> {
 fn leaves(mesh: &TriangleMesh) -> Vec<[u32; 4]> {
     let corners = mesh.triangles().iter().zip(0..);
     let mut leaves: Vec<_> = corners.map(|([p, q, r], i)| [*p, *q, *r, i]).collect();
-    leaves.resize(mesh.len().next_multiple_of(WIDTH), [0, 0, 0, NONE]);
+    Resident::fill_up(&mut leaves);
     leaves
 }
 

@@ -10,12 +10,16 @@ use crate::transform::RelativePose;
 /// before, and has a sum less. 4.5 units, and a third more for terms of second order and the rounding of the bound.
 const POSED: f32 = 6.0 * f32::EPSILON;
 
-/// A question about all blocks of two meshes.
+/// A question about some blocks of two meshes, the first and how many of each.
 #[expect(
     clippy::cast_possible_truncation,
     reason = "rounded, which the error bounds cover"
 )]
-pub(super) fn job(pose: &RelativePose, a_blocks: u32, b_blocks: u32) -> Job {
+pub(super) fn job(
+    pose: &RelativePose,
+    [a_first, a_blocks]: [u32; 2],
+    [b_first, b_blocks]: [u32; 2],
+) -> Job {
     let error = if *pose == RelativePose::IDENTITY {
         0.0
     } else {
@@ -35,7 +39,9 @@ pub(super) fn job(pose: &RelativePose, a_blocks: u32, b_blocks: u32) -> Job {
         ],
         coordinate_error: error,
         edge_error: error,
+        a_first,
         a_blocks,
+        b_first,
         b_blocks,
         ..Job::default()
     }

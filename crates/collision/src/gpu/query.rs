@@ -1,15 +1,16 @@
 //! Queries over two meshes on a device.
 
-use vertebra_gpu::Timing;
 use vertebra_spatial::Pose;
 
+use super::batch::Batch;
 use super::collider::Collider;
 use super::error::Error;
 use super::job::job;
-use super::search::{Ask, Found, Kind, Search};
-use crate::classify::classify;
+use super::matrix::PairMatrix;
+use super::search::Search;
 use crate::culling::Culling;
-use crate::query::ClassifiedPair;
+use crate::error::QueryError;
+use crate::query::{ClassifiedPair, Method};
 use crate::transform::RelativePose;
 
 /// A question about the colliding pairs of two meshes on a device: the verbs and the answers of [`crate::Query`].
@@ -21,10 +22,8 @@ pub struct Query {
     search: Search,
     pose: RelativePose,
     culling: Culling,
+    method: Method,
 }
-
-/// Pairs of blocks from which on the tree is descended: below, holding all against all takes less than the descent.
-const WORTH_A_TREE: u64 = 1 << 24;
 
 /// What a query took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,6 +35,8 @@ pub struct Statistics {
     pub hits: u64,
     /// Pairs of triangles that were left to the host.
     pub undecided: u64,
+    /// Whether the tree was descended.
+    pub tree: bool,
     /// Time on the device \[s], if it takes times.
     pub gpu_time: Option<f64>,
 }
@@ -51,6 +52,7 @@ impl Query {
             search: Search::new(a.resident(), b.resident())?,
             pose: RelativePose::IDENTITY,
             culling: Culling::default(),
+            method: Method::default(),
         })
     }
 
@@ -78,10 +80,32 @@ impl Query {
         self
     }
 
+    /// Chooses the test. Möller's poses vertices in `f32`, where the CPU does in `f64`, and its answers are the device's:
+    /// the CPU's only where no operation is rounded. It is here to be compared with.
+    ///
+    /// # Errors
+    ///
+    /// [`QueryError::InvalidEpsilon`].
+    pub fn method(mut self, method: Method) -> Result<Self, Error> {
+        if let Method::Moller { epsilon } = method
+            && !(epsilon.is_finite() && epsilon >= 0.0)
+        {
+            return Err(QueryError::InvalidEpsilon { epsilon }.into());
+        }
+        self.method = method;
+        Ok(self)
+    }
+
     /// Chooses how pairs are culled: blocks all against all, or down the tree of A.
     pub fn culling(mut self, culling: Culling) -> Self {
         self.culling = culling;
         self
+    }
+
+    /// Where B stands, seen from A.
+    #[must_use]
+    pub fn relative_pose(&self) -> &RelativePose {
+        &self.pose
     }
 
     /// Whether any two triangles meet.
@@ -90,12 +114,7 @@ impl Query {
     ///
     /// [`Error::Device`]; [`Error::Mesh`] for vertices that the device has found not to be finite.
     pub fn any(&self) -> Result<bool, Error> {
-        let parts = self.ask(Kind::Any, [1, 0])?;
-        let certain = parts
-            .iter()
-            .any(|part| part.words.iter().any(|word| *word != 0));
-        let mut records = parts.iter().flat_map(|part| &part.records);
-        Ok(certain || records.any(|record| record.meets(&self.pose)))
+        Ok(self.batch().any()?.contains(&true))
     }
 
     /// How many pairs of triangles meet.
@@ -104,10 +123,7 @@ impl Query {
     ///
     /// As for [`any`](Self::any).
     pub fn count(&self) -> Result<u64, Error> {
-        let parts = self.ask(Kind::Count, [1, 0])?;
-        let certain: u64 = parts.iter().flat_map(first_word).sum();
-        let records = parts.iter().flat_map(|part| &part.records);
-        Ok(certain + records.filter(|record| record.meets(&self.pose)).count() as u64)
+        Ok(self.batch().count()?.iter().sum())
     }
 
     /// Which triangles of A and which of B meet some triangle of the other mesh.
@@ -116,22 +132,7 @@ impl Query {
     ///
     /// As for [`any`](Self::any).
     pub fn mask(&self) -> Result<(Vec<bool>, Vec<bool>), Error> {
-        let counts = [self.search.a.triangles, self.search.b.triangles];
-        let words = counts.map(|count| count.div_ceil(32));
-        let parts = self.ask(Kind::Mask, [words[0] + words[1], words[0]])?;
-        let [mut a, mut b] = counts.map(|count| vec![false; count as usize]);
-        for part in &parts {
-            let (of_a, of_b) = part.words.split_at(words[0] as usize);
-            for (mask, bits) in [(&mut a, of_a), (&mut b, of_b)] {
-                for (i, set) in mask.iter_mut().enumerate() {
-                    *set |= bits[i / 32] >> (i % 32) & 1 == 1;
-                }
-            }
-            for record in part.records.iter().filter(|r| r.meets(&self.pose)) {
-                a[record.pair[0] as usize] = true;
-                b[record.pair[1] as usize] = true;
-            }
-        }
+        let [a, b] = self.batch().mask(self.triangles())?;
         Ok((a, b))
     }
 
@@ -141,30 +142,46 @@ impl Query {
     ///
     /// As for [`any`](Self::any).
     pub fn pairs(&self) -> Result<Vec<[u32; 2]>, Error> {
-        Ok(self.sorted(&self.ask(Kind::Pairs, [0, 0])?))
+        Ok(self.batch().pairs()?.pop().unwrap_or_default())
     }
 
     /// All pairs that meet, in lexicographic order, each with what it meets in.
     ///
     /// # Errors
     ///
-    /// As for [`any`](Self::any).
+    /// As for [`any`](Self::any); [`QueryError::NotExact`] for other methods than [`Method::Exact`].
     pub fn classified(&self) -> Result<Vec<ClassifiedPair>, Error> {
-        let ask = Ask {
-            leaves_hits: true,
-            ..self.plain(Kind::Pairs, [0, 0])
+        if self.method != Method::Exact {
+            return Err(QueryError::NotExact.into());
+        }
+        self.batch().classified()
+    }
+
+    /// A bit for every pair of triangles.
+    ///
+    /// # Errors
+    ///
+    /// As for [`any`](Self::any).
+    pub fn matrix(&self) -> Result<PairMatrix, Error> {
+        let limits = self.search.a.device.limits();
+        PairMatrix::ask(&self.batch(), self.triangles(), &limits)
+    }
+
+    /// Asks the same for many poses of B, seen from A, in one run on the device. This query's own pose is left out of
+    /// account.
+    ///
+    /// # Errors
+    ///
+    /// [`QueryError::AtPose`] with the first pose that is refused.
+    pub fn at_poses(&self, poses: &[Pose]) -> Result<AtPoses<'_>, Error> {
+        let relative = |(index, pose): (usize, &Pose)| {
+            RelativePose::between(&Pose::IDENTITY, pose).map_err(|error| QueryError::AtPose {
+                index,
+                error: Box::new(error),
+            })
         };
-        let parts = self.search.ask(ask, (0, Timing::Off), &[self.job()])?;
-        let records = parts.iter().flat_map(|part| &part.records);
-        let class = |record: &super::settle::Record| {
-            let [a, b] = record.posed(&self.pose);
-            let class = classify(&a, &b)?;
-            let [a, b] = record.pair;
-            Some(ClassifiedPair { a, b, class })
-        };
-        let mut pairs: Vec<_> = records.filter_map(class).collect();
-        pairs.sort_unstable_by_key(|pair| [pair.a, pair.b]);
-        Ok(pairs)
+        let poses: Result<Vec<_>, _> = poses.iter().enumerate().map(relative).collect();
+        Ok(AtPoses(self.at(poses?)))
     }
 
     /// What [`pairs`](Self::pairs) takes.
@@ -173,59 +190,73 @@ impl Query {
     ///
     /// As for [`any`](Self::any).
     pub fn statistics(&self) -> Result<Statistics, Error> {
-        let timed = self.search.a.device.features();
-        let timing = if timed.contains(vertebra_gpu::wgpu::Features::TIMESTAMP_QUERY) {
-            Timing::Whole
-        } else {
-            Timing::Off
-        };
-        let ask = self.plain(Kind::Pairs, [0, 0]);
-        let parts = self.search.ask(ask, (0, timing), &[self.job()])?;
-        let times = parts.iter().map(|part| part.gpu_time);
-        Ok(Statistics {
-            block_pairs: parts.iter().map(|part| part.block_pairs).sum(),
-            hits: self.sorted(&parts).len() as u64,
-            undecided: parts.iter().map(|part| part.records.len() as u64).sum(),
-            gpu_time: times.sum(),
-        })
+        self.batch().statistics()
     }
 
-    fn job(&self) -> vertebra_shaders::collision::Job {
-        job(&self.pose, self.search.a.blocks(), self.search.b.blocks())
+    fn triangles(&self) -> [u32; 2] {
+        [&self.search.a, &self.search.b].map(|mesh| mesh.triangles)
     }
 
-    fn plain(&self, answer: Kind, words: [u32; 2]) -> Ask {
-        let [a, b] = [&self.search.a, &self.search.b].map(|mesh| u64::from(mesh.blocks()));
-        Ask {
-            answer,
-            leaves_hits: false,
-            words,
-            rows: 0,
-            tree: match self.culling {
-                Culling::AllPairs => false,
-                Culling::Bvh => true,
-                Culling::Auto => a * b > WORTH_A_TREE,
-            },
+    fn batch(&self) -> Batch<'_> {
+        self.at(vec![self.pose])
+    }
+
+    fn at(&self, poses: Vec<RelativePose>) -> Batch<'_> {
+        let [a, b] = [&self.search.a, &self.search.b].map(|mesh| mesh.blocks());
+        let jobs = poses.iter().map(|pose| job(pose, [0, a], [0, b])).collect();
+        let batch = Batch::new(&self.search, poses, jobs, self.culling);
+        match self.method {
+            Method::Exact => batch,
+            Method::Moller { epsilon } => batch.moller(epsilon),
         }
-    }
-
-    fn ask(&self, answer: Kind, words: [u32; 2]) -> Result<Vec<Found>, Error> {
-        let ask = self.plain(answer, words);
-        self.search.ask(ask, (0, Timing::Off), &[self.job()])
-    }
-
-    /// The pairs found, and those of the undecided that meet, sorted.
-    fn sorted(&self, parts: &[Found]) -> Vec<[u32; 2]> {
-        let certain = parts.iter().flat_map(|part| part.words.chunks_exact(3));
-        let certain = certain.map(|words| [words[0], words[1]]);
-        let records = parts.iter().flat_map(|part| &part.records);
-        let settled = records.filter(|record| record.meets(&self.pose));
-        let mut pairs: Vec<_> = certain.chain(settled.map(|record| record.pair)).collect();
-        pairs.sort_unstable();
-        pairs
     }
 }
 
-fn first_word(part: &Found) -> Option<u64> {
-    part.words.first().map(|word| u64::from(*word))
+/// A question about many poses, all asked in one run: see [`Query::at_poses`]. Answers are in the order of the poses.
+///
+/// ```
+/// use glam::{DVec3, Vec3};
+/// use vertebra_collision::{TriangleMesh, gpu};
+/// use vertebra_spatial::Pose;
+///
+/// # if vertebra_gpu::adapters().is_empty() && std::env::var_os("CI").is_none() { return Ok(()); }
+/// let device = gpu::Device::auto()?;
+/// let tile = TriangleMesh::new(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]])?;
+/// let tile = gpu::Collider::new(&device, tile)?;
+/// let poses = [0.0, 0.5, 1.5].map(|x| Pose::from_translation(DVec3::X * x));
+/// let hits = gpu::Query::new(&tile, &tile)?.at_poses(&poses)?.any()?;
+/// assert_eq!(hits, [true, true, false]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+#[must_use]
+pub struct AtPoses<'a>(Batch<'a>);
+
+impl AtPoses<'_> {
+    /// Whether any two triangles meet.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Query::any`].
+    pub fn any(&self) -> Result<Vec<bool>, Error> {
+        self.0.any()
+    }
+
+    /// How many pairs of triangles meet.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Query::any`].
+    pub fn count(&self) -> Result<Vec<u64>, Error> {
+        self.0.count()
+    }
+
+    /// All pairs that meet, in lexicographic order.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Query::any`].
+    pub fn pairs(&self) -> Result<Vec<Vec<[u32; 2]>>, Error> {
+        self.0.pairs()
+    }
 }

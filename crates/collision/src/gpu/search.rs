@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use vertebra_gpu::{Device, Program, Recording, Slot, Timing, workgroups};
+use vertebra_gpu::{Buffer, Device, Program, Recording, Slot, Timing, workgroups};
 use vertebra_shaders::collision::{
-    Answer, BLOCK_PAIRS, Job, LEVELS, PAIRS_A_ROUND, Places, RECORD, Sizes, TILE, TREE_PAIRS, Tree,
-    narrow,
+    Answer, BLOCK_PAIRS, Bodies, Job, LEVELS, MOLLER_TILE, PAIRS_A_ROUND, PLACE_BODIES, Places,
+    RECORD, Sizes, TILE, TREE_PAIRS, Tolerance, Tree, WIDTH, moller, narrow,
 };
 
 use super::collider::Resident;
@@ -32,8 +32,21 @@ pub(super) struct Ask {
     pub(super) words: [u32; 2],
     /// Rows of the matrix.
     pub(super) rows: u32,
-    /// Whether the tree of A is descended.
-    pub(super) tree: bool,
+    /// How pairs are found.
+    pub(super) way: Way,
+    /// Whether both meshes are one.
+    pub(super) itself: bool,
+}
+
+/// How pairs are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Way {
+    /// Blocks all against all.
+    AllPairs,
+    /// Down the tree of A.
+    Tree,
+    /// Triangles all against all, by the test of Möller with a tolerance of these bits.
+    Moller(u32),
 }
 
 /// The answers of kernels, as keys.
@@ -92,6 +105,8 @@ pub(super) struct Found {
     pub(super) records: Vec<Record>,
     /// Pairs of blocks whose boxes overlap.
     pub(super) block_pairs: u64,
+    /// The poses of bodies, where they came from a buffer.
+    pub(super) poses: Vec<f32>,
     /// Time on the device \[s].
     pub(super) gpu_time: Option<f64>,
 }
@@ -101,6 +116,8 @@ pub(super) struct Found {
 pub(super) struct Search {
     pub(super) a: Arc<Resident>,
     pub(super) b: Arc<Resident>,
+    /// Where bodies stand, if that comes from a buffer.
+    poses: Option<Buffer<f32>>,
     ready: Mutex<HashMap<Ask, Ready>>,
 }
 
@@ -115,20 +132,37 @@ struct Ready {
     jobs: Slot<Job>,
     counts: Slot<u32>,
     found: Slot<u32>,
+    poses: Option<Slot<f32>>,
+    /// What was last written to the slots.
+    written: (Vec<Job>, Sizes, Places),
     /// Words of the answer in `found`; undecided pairs follow.
     answer_words: usize,
 }
 
 impl Search {
+    /// Of meshes on one device.
     pub(super) fn new(a: &Arc<Resident>, b: &Arc<Resident>) -> Result<Self, Error> {
-        if a.device.raw().0 != b.device.raw().0 {
+        if !a.device.is(&b.device) {
             return Err(Error::OtherDevice);
         }
-        Ok(Self {
+        Ok(Self::of(a, b))
+    }
+
+    pub(super) fn of(a: &Arc<Resident>, b: &Arc<Resident>) -> Self {
+        Self {
             a: Arc::clone(a),
             b: Arc::clone(b),
+            poses: None,
             ready: Mutex::default(),
-        })
+        }
+    }
+
+    /// The same, with poses from a buffer.
+    pub(super) fn placed(&self, poses: &Buffer<f32>) -> Self {
+        Self {
+            poses: Some(poses.clone()),
+            ..Self::of(&self.a, &self.b)
+        }
     }
 
     /// Asks about all jobs; more than one part only if the queues for all at once do not fit on the device.
@@ -139,12 +173,15 @@ impl Search {
         jobs: &[Job],
     ) -> Result<Vec<Found>, Error> {
         let mut parts = Vec::new();
+        if jobs.is_empty() {
+            return Ok(parts);
+        }
         let mut ready = self.ready.lock().unwrap_or_else(PoisonError::into_inner);
         // Parts still to be asked about, the next last.
         let mut left = vec![(0, jobs.to_vec())];
         while let Some((first_job, jobs)) = left.pop() {
             // Counters are words.
-            if pairs_of_blocks(&jobs) > MOST_BLOCK_PAIRS && !ask.tree {
+            if pairs_of_blocks(&jobs) > MOST_BLOCK_PAIRS && ask.way != Way::Tree {
                 left.extend(halves(first_job, &jobs));
                 continue;
             }
@@ -166,7 +203,7 @@ impl Search {
         (row, timing): (u32, Timing),
         jobs: &[Job],
     ) -> Result<Option<Found>, Error> {
-        let (jobs, groups) = numbered(jobs, ask.tree);
+        let (jobs, groups) = numbered(jobs, ask.way);
         let mut room = Room {
             jobs: count(jobs.len()),
             groups,
@@ -204,6 +241,8 @@ impl Search {
                 let mut words: Vec<u32> = output.read(prepared.found)?;
                 let records = &words[prepared.answer_words..][..RECORD * undecided as usize];
                 let records = Record::list(records).collect();
+                let poses = prepared.poses.map(|poses| output.read(poses));
+                let poses = poses.transpose()?.unwrap_or_default();
                 let used = if lists {
                     ENTRY * hits as usize
                 } else {
@@ -215,6 +254,7 @@ impl Search {
                     words,
                     records,
                     block_pairs: queued.into(),
+                    poses,
                     gpu_time: output.gpu_time(),
                 }));
             }
@@ -245,7 +285,7 @@ impl Search {
 
     fn run(
         &self,
-        ready: &Ready,
+        ready: &mut Ready,
         ask: Ask,
         row: u32,
         jobs: &[Job],
@@ -260,13 +300,11 @@ impl Search {
         } = ready.room;
         let mut padded = jobs.to_vec();
         padded.resize(room as usize, Job::default());
-        ready.program.write(ready.jobs, &padded)?;
         let sizes = Sizes {
             jobs: count(jobs.len()),
             groups,
             queue,
         };
-        ready.program.write(ready.sizes, &[sizes])?;
         let places = Places {
             queue,
             hits,
@@ -277,7 +315,19 @@ impl Search {
             row,
             rows: ask.rows,
         };
-        ready.program.write(ready.places, &[places])?;
+        // What the device has from the last run is not written again.
+        let written = (padded, sizes, places);
+        // (Rows that come from a buffer are no matter.)
+        if ready.written.0 != written.0 {
+            ready.program.write(ready.jobs, &written.0)?;
+        }
+        if ready.written.1 != written.1 {
+            ready.program.write(ready.sizes, &[written.1])?;
+        }
+        if ready.written.2 != written.2 {
+            ready.program.write(ready.places, &[written.2])?;
+        }
+        ready.written = written;
         Ok(ready.program.run()?.wait()?)
     }
 
@@ -306,45 +356,57 @@ impl Search {
         if ask.answer != Kind::Pairs {
             recording.clear(found);
         }
-        let mut buffers = vec![
-            sizes.any(),
-            jobs.any(),
-            boxes[0].any(),
-            boxes[1].any(),
-            queue.any(),
-            counts.any(),
+        let meshes = [
+            vertices[0].any(),
+            leaves[0].any(),
+            vertices[1].any(),
+            leaves[1].any(),
         ];
-        let kernel = if ask.tree {
-            buffers.push(recording.buffer_from("tree", &[tree(&a.levels)]).any());
-            &TREE_PAIRS
+        let poses = self.poses.as_ref().map(|poses| {
+            let slot = recording.shared::<f32>("poses", poses.len());
+            let bodies = recording.buffer_from("bodies", &[Bodies { jobs: room.jobs }]);
+            let buffers = [bodies.any(), slot.any(), jobs.any()];
+            recording.dispatch(&PLACE_BODIES, &buffers, workgroups(room.jobs, 64));
+            (slot, slot.is(poses))
+        });
+        let groups = workgroups(room.groups, 1);
+        if let Way::Moller(epsilon) = ask.way {
+            let epsilon = f32::from_bits(epsilon);
+            let tolerance = recording.buffer_from("tolerance", &[Tolerance { epsilon }]);
+            let mut buffers = vec![sizes.any(), places.any(), tolerance.any(), jobs.any()];
+            buffers.extend(meshes);
+            buffers.extend([counts.any(), found.any()]);
+            recording.dispatch(&moller(ask.answer.answer()), &buffers, groups);
         } else {
-            &BLOCK_PAIRS
-        };
-        recording.dispatch(kernel, &buffers, workgroups(room.groups, 1));
-        let kernel = narrow(ask.answer.answer());
-        let kernel = kernel.constant("LEAVE_HITS", u8::from(ask.leaves_hits));
-        recording.dispatch(
-            &kernel,
-            &[
-                places.any(),
+            let mut buffers = vec![
+                sizes.any(),
                 jobs.any(),
+                boxes[0].any(),
+                boxes[1].any(),
                 queue.any(),
-                vertices[0].any(),
-                leaves[0].any(),
-                vertices[1].any(),
-                leaves[1].any(),
                 counts.any(),
-                found.any(),
-            ],
-            [
-                room.queue.div_ceil(PAIRS_A_ROUND).clamp(1, NARROW_GROUPS),
-                1,
-                1,
-            ],
-        );
+            ];
+            let kernel = if ask.way == Way::Tree {
+                buffers.push(recording.buffer_from("tree", &[tree(&a.levels)]).any());
+                &TREE_PAIRS
+            } else {
+                &BLOCK_PAIRS
+            };
+            recording.dispatch(kernel, &buffers, groups);
+            let kernel = narrow(ask.answer.answer(), ask.itself);
+            let kernel = kernel.constant("LEAVE_HITS", u8::from(ask.leaves_hits));
+            let mut buffers = vec![places.any(), jobs.any(), queue.any()];
+            buffers.extend(meshes);
+            buffers.extend([counts.any(), found.any()]);
+            let rounds = room.queue.div_ceil(PAIRS_A_ROUND);
+            recording.dispatch(&kernel, &buffers, [rounds.clamp(1, NARROW_GROUPS), 1, 1]);
+        }
         recording.download(counts);
         recording.download(found);
-        let shared = [
+        if let Some((slot, _)) = &poses {
+            recording.download(*slot);
+        }
+        let mut shared = vec![
             vertices[0].is(&a.vertices),
             vertices[1].is(&b.vertices),
             leaves[0].is(&a.leaves),
@@ -352,16 +414,20 @@ impl Search {
             boxes[0].is(&a.boxes),
             boxes[1].is(&b.boxes),
         ];
+        let (poses, given) = poses.unzip();
+        shared.extend(given);
         let program = self.device().prepare_with(&recording, &shared)?;
         Ok(Ready {
             program,
             room,
             timing: Timing::Off,
+            written: (Vec::new(), Sizes::default(), Places::default()),
             sizes,
             places,
             jobs,
             counts,
             found,
+            poses,
             answer_words,
         })
     }
@@ -409,12 +475,23 @@ fn tree(levels: &[u32]) -> Tree {
 }
 
 /// The jobs with the workgroups they begin at, and how many workgroups there are.
-fn numbered(jobs: &[Job], tree: bool) -> (Vec<Job>, u32) {
+fn numbered(jobs: &[Job], way: Way) -> (Vec<Job>, u32) {
     let mut groups = 0_u32;
     let number = |job: &Job| {
         let first_group = groups;
-        let tiles_a = if tree { 1 } else { job.a_blocks.div_ceil(TILE) };
-        let tiles = tiles_a.saturating_mul(job.b_blocks.div_ceil(TILE));
+        let tiles = |a: u32, b: u32| {
+            job.a_blocks
+                .div_ceil(a)
+                .saturating_mul(job.b_blocks.div_ceil(b))
+        };
+        let tiles = match way {
+            Way::AllPairs => tiles(TILE, TILE),
+            Way::Tree => job.b_blocks.div_ceil(TILE),
+            Way::Moller(_) => {
+                let [a, b] = MOLLER_TILE.map(|triangles| count(triangles / WIDTH));
+                tiles(a, b)
+            }
+        };
         groups = groups.saturating_add(tiles);
         Job {
             first_group,

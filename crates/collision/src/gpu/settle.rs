@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use vertebra_shaders::collision::RECORD;
 
 use crate::exact::triangles_intersect;
+use crate::self_query::meet_beyond;
 use crate::transform::RelativePose;
 
 /// A pair of triangles with the coordinates that the device has of it.
@@ -36,6 +37,20 @@ impl Record {
     /// Both triangles, seen from A.
     pub(super) fn posed(&self, pose: &RelativePose) -> [[DVec3; 3]; 2] {
         [self.a.map(|p| p.as_dvec3()), self.b.map(|p| pose.apply(p))]
+    }
+
+    /// Whether two triangles of one mesh meet in more than their common corners.
+    pub(super) fn meets_beyond(&self) -> bool {
+        let [a, b] = self.posed(&RelativePose::IDENTITY);
+        // Corners of one position are one.
+        let id = |p: &DVec3| a.iter().chain(&b).zip(0..).find(|(q, _)| *q == p);
+        let ids = |t: &[DVec3; 3]| [0, 1, 2].map(|k| id(&t[k]).map_or(u32::MAX, |(_, id)| id));
+        let (ids_a, ids_b) = (ids(&a), ids(&b));
+        if ids_a.iter().any(|corner| ids_b.contains(corner)) {
+            meet_beyond((&a, ids_a), (&b, ids_b))
+        } else {
+            triangles_intersect(&a, &b)
+        }
     }
 
     /// Whether the triangles meet.

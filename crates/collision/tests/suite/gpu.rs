@@ -3,11 +3,11 @@
 use std::sync::OnceLock;
 
 use glam::{DQuat, DVec3, Vec3};
-use vertebra_collision::gpu::{Collider, Device, Query};
-use vertebra_collision::{Culling, TriangleMesh};
+use vertebra_collision::gpu::{Collider, Device, Error, Links, Query, SelfQuery};
+use vertebra_collision::{Culling, Method, PoseProblem, QueryError, Side, TriangleMesh, moller};
 use vertebra_spatial::Pose;
 
-use crate::support::{Random, cuboid, gold_mesh};
+use crate::support::{Random, cuboid, exploded, gold_mesh};
 
 /// The device of all tests.
 pub(crate) fn device() -> Option<&'static Device> {
@@ -50,6 +50,13 @@ fn agree(a: &TriangleMesh, b: &TriangleMesh, pose: Pose) -> [u64; 2] {
     assert_eq!(gpu.count().unwrap(), pairs.len() as u64);
     assert_eq!(gpu.mask().unwrap(), cpu.mask().unwrap());
     assert_eq!(gpu.classified().unwrap(), cpu.classified().unwrap());
+    if a.len() * b.len() < 100_000 {
+        let matrix = gpu.matrix().unwrap();
+        let set = |i: u32| (0..b.len() as u32 + 40).map(move |j| [i, j]);
+        let set = (0..a.len() as u32).flat_map(set);
+        let set: Vec<_> = set.filter(|&[i, j]| matrix.get(i, j)).collect();
+        assert_eq!(set, pairs);
+    }
     let statistics = gpu.statistics().unwrap();
     assert_eq!(statistics.hits, pairs.len() as u64);
     [statistics.hits, statistics.undecided]
@@ -179,4 +186,233 @@ fn queues_grow() {
     let [hits, undecided] = agree(&fan(0.0), &fan(0.5), Pose::IDENTITY);
     assert_eq!(hits, if device().is_some() { 90_000 } else { 1 });
     assert!(undecided > 300 || device().is_none());
+}
+
+/// Many poses in one run, of meshes far apart and in each other.
+#[test]
+fn many_poses() {
+    let Some(device) = device() else { return };
+    let (a, b) = (gold_mesh("sphere"), gold_mesh("cylinder"));
+    let mut random = Random::new(5);
+    let poses: Vec<Pose> = (0..40).map(|_| pose(&mut random, 1.5)).collect();
+    let cpu = vertebra_collision::Query::new(&a, &b);
+    let expected = cpu.at_poses(&poses, |query| query.pairs()).unwrap();
+    let [a, b] = [a, b].map(|mesh| Collider::new(device, mesh).unwrap());
+    for culling in [Culling::AllPairs, Culling::Bvh] {
+        let query = Query::new(&a, &b).unwrap().culling(culling);
+        let at = query.at_poses(&poses).unwrap();
+        assert_eq!(at.pairs().unwrap(), expected);
+        let counts: Vec<u64> = expected.iter().map(|pairs| pairs.len() as u64).collect();
+        assert_eq!(at.count().unwrap(), counts);
+        let any: Vec<bool> = expected.iter().map(|pairs| !pairs.is_empty()).collect();
+        assert_eq!(at.any().unwrap(), any);
+        assert!(any.contains(&true) && any.contains(&false));
+        assert!(query.at_poses(&[]).unwrap().pairs().unwrap().is_empty());
+    }
+    let bad = [Pose::IDENTITY, Pose::from_translation(DVec3::NAN)];
+    let refused = Query::new(&a, &b).unwrap().at_poses(&bad).err();
+    assert!(matches!(
+        refused,
+        Some(Error::Query(QueryError::AtPose { index: 1, .. }))
+    ));
+}
+
+/// Bodies of which some are one shape, posed from the host, and from a buffer on the device.
+#[test]
+fn links() {
+    let Some(device) = device() else { return };
+    let (sphere, cylinder) = (gold_mesh("sphere"), gold_mesh("cylinder"));
+    let tile = soup(3, |i| {
+        [Vec3::X, Vec3::Y, Vec3::Z].map(|p| p + Vec3::splat(i as f32))
+    });
+    let bodies = [&sphere, &cylinder, &sphere, &tile];
+    let colliders = bodies.map(|mesh| vertebra_collision::Collider::new(mesh.clone()));
+    let on_cpu = vertebra_collision::Links::new(&colliders)
+        .ignore(0, 1)
+        .unwrap();
+    let on_gpu = Links::new(device, &bodies).unwrap().ignore(1, 0).unwrap();
+    assert_eq!(on_gpu.pairs(), on_cpu.pairs());
+    // Numbers of f32, so that a buffer holds the same poses.
+    let mut random = Random::new(6);
+    let mut narrow = || {
+        let Pose {
+            rotation,
+            translation,
+        } = pose(&mut random, 1.2);
+        let rotation = rotation.to_array().map(|x| f64::from(x as f32));
+        Pose::new(
+            DQuat::from_array(rotation),
+            translation.as_vec3().as_dvec3(),
+        )
+    };
+    let configurations: Vec<[Pose; 4]> = (0..12).map(|_| [(); 4].map(|()| narrow())).collect();
+    let expected = on_cpu.ask(&configurations, |query| query.pairs()).unwrap();
+    let hits = expected.iter().flatten().filter(|pairs| !pairs.is_empty());
+    assert!(hits.count() > 20);
+    assert_eq!(
+        on_gpu.at(&configurations).unwrap().pairs().unwrap(),
+        expected
+    );
+    let words = |configurations: &[[Pose; 4]]| -> Vec<f32> {
+        let pose = |pose: &Pose| {
+            let [x, y, z, w] = pose.rotation.to_array().map(|x| x as f32);
+            let [a, b, c] = pose.translation.to_array().map(|x| x as f32);
+            [x, y, z, w, a, b, c, 0.0]
+        };
+        configurations.iter().flatten().flat_map(pose).collect()
+    };
+    let poses = device
+        .buffer_from("poses", &words(&configurations))
+        .unwrap();
+    let following = on_gpu.following(&poses).unwrap();
+    assert_eq!(following.now().pairs().unwrap(), expected);
+    // The bodies have moved on.
+    let mut later = configurations;
+    later.reverse();
+    poses.write(&words(&later)).unwrap();
+    let expected = on_cpu.ask(&later, |query| query.count()).unwrap();
+    assert_eq!(following.now().count().unwrap(), expected);
+    let any = on_cpu.ask(&later, |query| query.any()).unwrap();
+    assert_eq!(following.now().any().unwrap(), any);
+    let mut bad = words(&later);
+    bad[8 * 7] = f32::NAN;
+    poses.write(&bad).unwrap();
+    let problem = QueryError::InvalidPose {
+        mesh: Side::B,
+        problem: PoseProblem::NotFinite,
+    };
+    let expected = QueryError::AtPose {
+        index: 7,
+        error: Box::new(problem),
+    };
+    assert_eq!(following.now().any(), Err(Error::Query(expected)));
+    poses.write(&words(&later)).unwrap();
+    assert_eq!(following.now().any().unwrap(), any);
+    let short = device.buffer::<f32>("short", 8 * 9).unwrap();
+    assert!(matches!(
+        on_gpu.following(&short).err(),
+        Some(Error::Query(QueryError::PoseCount {
+            configuration: 2,
+            expected: 4,
+            found: 1
+        }))
+    ));
+}
+
+/// Meshes that pass through themselves, with and without vertices in common, and others that only touch where they
+/// should.
+#[test]
+fn self_collision() {
+    let Some(device) = device() else { return };
+    let mut random = Random::new(7);
+    let lattice = soup(120, |_| random.lattice_triangle(0, 3).map(|p| p.as_vec3()));
+    let grid = |height: fn(f32, f32) -> f32| {
+        let vertices = (0..144).map(|i| {
+            let (x, y) = ((i % 12) as f32, (i / 12) as f32);
+            Vec3::new(x, y, height(x, y))
+        });
+        let square = |i: u32| {
+            let at = i / 11 * 12 + i % 11;
+            [[at, at + 1, at + 13], [at, at + 13, at + 12]]
+        };
+        TriangleMesh::new(vertices.collect(), (0..121).flat_map(square).collect()).unwrap()
+    };
+    let flat = grid(|_, _| 0.0);
+    let saddle = grid(|x, y| 0.125 * x * y);
+    let sphere = gold_mesh("sphere");
+    let moved = |by: f32| sphere.vertices().iter().map(move |v| *v + Vec3::splat(by));
+    let two = TriangleMesh::new(moved(0.0).chain(moved(0.5)).collect(), {
+        let first = sphere.vertices().len() as u32;
+        let second = sphere.triangles().iter().map(|t| t.map(|v| v + first));
+        sphere.triangles().iter().copied().chain(second).collect()
+    })
+    .unwrap();
+    let parts = exploded(&saddle);
+    for (name, mesh, most_undecided) in [
+        ("lattice", &lattice, u64::MAX),
+        ("flat", &flat, 10),
+        ("saddle", &saddle, 10),
+        ("saddle in parts", &parts, 10),
+        ("sphere", &sphere, 200),
+        ("two spheres", &two, 600),
+    ] {
+        let cpu = vertebra_collision::SelfQuery::new(mesh);
+        let pairs = cpu.pairs();
+        let collider = Collider::new(device, mesh.clone()).unwrap();
+        for culling in [Culling::AllPairs, Culling::Bvh] {
+            let gpu = SelfQuery::new(&collider).culling(culling);
+            assert_eq!(gpu.pairs().unwrap(), pairs, "{name}");
+            assert_eq!(gpu.any().unwrap(), !pairs.is_empty());
+            assert_eq!(gpu.count().unwrap(), pairs.len() as u64);
+            assert_eq!(gpu.mask().unwrap(), cpu.mask());
+            let undecided = gpu.statistics().unwrap().undecided;
+            assert!(undecided <= most_undecided, "{name}: {undecided}");
+        }
+    }
+}
+
+/// Where no operation is rounded the baseline is that of the CPU.
+#[test]
+fn moller_on_small_integers() {
+    let Some(device) = device() else { return };
+    let mut random = Random::new(8);
+    for size in [1, 2, 4] {
+        let mut lattice = |count: usize| {
+            soup(count, |_| {
+                random.lattice_triangle(0, size).map(|p| p.as_vec3())
+            })
+        };
+        let (a, b) = (lattice(150), lattice(600));
+        let cpu = vertebra_collision::Query::new(&a, &b).method(Method::MOLLER);
+        let expected = cpu.pairs().unwrap();
+        let [a, b] = [a, b].map(|mesh| Collider::new(device, mesh).unwrap());
+        let gpu = Query::new(&a, &b).unwrap().method(Method::MOLLER).unwrap();
+        assert_eq!(gpu.pairs().unwrap(), expected);
+        assert_eq!(gpu.count().unwrap(), expected.len() as u64);
+        assert!(matches!(
+            gpu.classified(),
+            Err(Error::Query(QueryError::NotExact))
+        ));
+    }
+    let tile = Collider::new(device, cuboid(Vec3::ZERO, Vec3::ONE)).unwrap();
+    let wrong = Query::new(&tile, &tile)
+        .unwrap()
+        .method(Method::Moller { epsilon: f32::NAN });
+    assert!(matches!(
+        wrong.err(),
+        Some(Error::Query(QueryError::InvalidEpsilon { .. }))
+    ));
+    assert_eq!(moller::DEFAULT_EPSILON, 1e-6);
+}
+
+/// Vertices written by the host and on the device; what is not finite is found, and nothing stays of it.
+#[test]
+fn moved_vertices() {
+    let Some(device) = device() else { return };
+    let (a, b) = (gold_mesh("sphere"), gold_mesh("cylinder"));
+    let on_a = Collider::new(device, a.clone()).unwrap();
+    let mut on_b = Collider::new(device, b.clone()).unwrap();
+    let query = Query::new(&on_a, &on_b).unwrap();
+    let pushed: Vec<Vec3> = b.vertices().iter().map(|v| *v + Vec3::X * 0.25).collect();
+    let moved = TriangleMesh::new(pushed.clone(), b.triangles().to_vec()).unwrap();
+    let expected = vertebra_collision::Query::new(&a, &moved).pairs().unwrap();
+    on_b.set_vertices(pushed).unwrap();
+    assert_eq!(query.pairs().unwrap(), expected);
+    on_b.rebuild().unwrap();
+    assert_eq!(query.pairs().unwrap(), expected);
+    assert!(on_b.set_vertices(vec![Vec3::ZERO]).is_err());
+    assert_eq!(query.pairs().unwrap(), expected);
+    let mut bad: Vec<f32> = b.vertices().iter().flat_map(Vec3::to_array).collect();
+    let good = bad.clone();
+    bad[100] = f32::NEG_INFINITY;
+    on_b.vertices().write(&bad).unwrap();
+    on_b.refit().unwrap();
+    let error = vertebra_collision::MeshError::NonFiniteVertex { vertex: 33 };
+    for _ in 0..2 {
+        assert_eq!(query.pairs(), Err(Error::Mesh(error.clone())));
+    }
+    on_b.vertices().write(&good).unwrap();
+    on_b.refit().unwrap();
+    let expected = vertebra_collision::Query::new(&a, &b).pairs().unwrap();
+    assert_eq!(query.pairs().unwrap(), expected);
 }

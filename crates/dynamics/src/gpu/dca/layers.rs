@@ -131,7 +131,10 @@ impl Rounds {
             }
         }
         for round in groups.iter().flatten() {
-            let items = round.iter().filter(others).chain(round.iter().filter(joins));
+            let items = round
+                .iter()
+                .filter(others)
+                .chain(round.iter().filter(joins));
             words.extend(items.map(|&item| match item {
                 Item::Chunk(chunk) => small(chunk) << 2 | item::CHUNK,
                 Item::Join(join) => small(join) << 2 | item::JOIN,
@@ -147,9 +150,9 @@ impl Rounds {
         let mut by_part: Vec<(usize, usize, Item)> = Vec::new();
         for round in rounds.clone() {
             let items = self.items[round].iter();
-            by_part.extend(items.map(|&(item, _)| {
-                (parts.root(self.number(item)), round - rounds.start, item)
-            }));
+            by_part.extend(
+                items.map(|&(item, _)| (parts.root(self.number(item)), round - rounds.start, item)),
+            );
         }
         // A stable sort: items of a part stay in the order of their rounds.
         by_part.sort_by_key(|&(part, ..)| part);

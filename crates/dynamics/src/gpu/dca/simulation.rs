@@ -268,7 +268,9 @@ impl Simulation {
                     self.gpu_time = output.gpu_time();
                     self.dispatch_times.clear();
                     let times = output.dispatch_times();
-                    let times = times.into_iter().map(|(label, time)| (label.to_owned(), time));
+                    let times = times
+                        .into_iter()
+                        .map(|(label, time)| (label.to_owned(), time));
                     self.dispatch_times.extend(times);
                 }
                 Err(error) => {
