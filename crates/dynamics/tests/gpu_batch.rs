@@ -210,7 +210,7 @@ fn wrist() -> (Model, Vec<State>) {
     let mut states = vec![State::neutral(&model); 40];
     for (item, state) in states.iter_mut().enumerate() {
         state.q[2] = if item == 36 { 0.0 } else { 1.0 };
-        state.qd = vec![0.5, 0.0, 0.0, 0.2];
+        state.qd = vec![0.5, 0.0, 0.0, 0.25];
         state.time = 5.0;
     }
     (model, states)
