@@ -193,11 +193,6 @@ impl Device {
         Program::new(self, recording, shared)
     }
 
-    /// Whether two are the same.
-    pub(crate) fn is(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.shared, &other.shared)
-    }
-
     /// The pipeline of a kernel of this recording, compiled at the first call.
     pub(crate) fn pipeline(&self, recording: &str, kernel: &Kernel) -> Result<Pipeline, Error> {
         if let Some(pipeline) = lock(&self.shared.pipelines).get(kernel) {

@@ -21,8 +21,6 @@ pub use vertebra_collision::{
     DistanceBounds, Links, Location, MeshError, Method, Operand, PairClass, PlyPart, PoseProblem,
     Query, QueryError, RelativePose, SelfQuery, Side, Solid, Statistics, TriangleMesh, write_ply,
 };
-#[cfg(feature = "gpu")]
-pub use vertebra_dynamics::gpu;
 pub use vertebra_dynamics::{
     self as dynamics, Algorithm, Batch, BodyForce, BodyMotion, Choice, DcaOptions, DcaWorkspace,
     Error, Forces, Integrator, Mechanics, Precision, Residual, Simulation, Solved, Solver,

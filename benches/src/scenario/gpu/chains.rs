@@ -9,7 +9,7 @@ use crate::scenario::{Measurement, Selection};
 use crate::suite::{relative_error, worst_of};
 use std::time::Instant;
 use vertebra::generate::{self, Rod};
-use vertebra::gpu::{Options, Simulation};
+use vertebra::dynamics::gpu::{Options, Simulation};
 use vertebra::{
     DcaOptions, DcaWorkspace, Forces, Model, Precision, State, Workspace, aba, dca, schedule,
 };

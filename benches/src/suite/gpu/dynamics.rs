@@ -4,7 +4,7 @@
 use super::{holds, is_software};
 use crate::suite::{Figure, Outcome, relative_error};
 use vertebra::generate::{self, RandomTree, Rod};
-use vertebra::gpu::{Options, Simulation};
+use vertebra::dynamics::gpu::{Options, Simulation};
 use vertebra::schedule::ScheduleOptions;
 use vertebra::{
     Error, Forces, Integrator, Model, Precision, Random, State, Workspace, Wrench, aba,
