@@ -118,6 +118,11 @@ fn precisions(device: &Device) -> impl Iterator<Item = Precision> {
         .filter(move |&precision| double || precision == Precision::F32)
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "rounded to the precision")]
+fn rounded(x: f64) -> f32 {
+    x as f32
+}
+
 /// The same numbers in both precisions.
 fn map(
     device: &Device,
@@ -129,8 +134,7 @@ fn map(
 ) -> Vec<f64> {
     match precision {
         Precision::F32 => {
-            #[expect(clippy::cast_possible_truncation, reason = "rounded to the precision")]
-            let given: Vec<f32> = given.iter().map(|&x| x as f32).collect();
+            let given: Vec<f32> = given.iter().map(|&x| rounded(x)).collect();
             let found = compute(device, precision, body, &given, lanes, each);
             found.into_iter().map(f64::from).collect()
         }
@@ -152,7 +156,7 @@ fn sines_and_cosines_are_those_of_the_host() {
             quarter + 1e-3,
             x * 1e-9,
         ] {
-            angles.extend([angle, -angle].map(|angle| f64::from(angle as f32)));
+            angles.extend([angle, -angle].map(|angle| f64::from(rounded(angle))));
         }
     }
     for precision in precisions(&device) {

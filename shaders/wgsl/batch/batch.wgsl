@@ -112,17 +112,67 @@ fn meet() {
     }
 }
 
+const DESCEND: u32 = 0u;
+const ASCEND: u32 = 1u;
+const RESPOND: u32 = 2u;
+
+// What a sweep reads of a body that no other lane writes. It is read a level ahead, since few warps run
+// at once and nothing else would hide the latency.
+struct Seen {
+    link: BatchLink,
+    // Joint axes on the parent by columns, with the origin's coordinates.
+    x: vec4<real>,
+    y: vec4<real>,
+    z: vec4<real>,
+    // The first rate.
+    rate: real,
+    // The first coordinate on the way down, the first joint force on the way up.
+    other: real,
+    // The body's records.
+    first: vec4<real>,
+    second: vec4<real>,
+    third: vec4<real>,
+    fourth: vec4<real>,
+}
+
+fn look(level: u32, lane: u32, sweep: u32) -> Seen {
+    // The level after the last is read again instead.
+    let slot = min(level, plan.levels - 1u) * LANES + lane;
+    let at = 1u + 6u * slot;
+    var seen: Seen;
+    seen.link = links[slot];
+    seen.x = constants[at];
+    seen.y = constants[at + 1u];
+    seen.z = constants[at + 2u];
+    seen.rate = state_at(rates(seen.link));
+    let place = record(slot);
+    if sweep == DESCEND {
+        seen.other = state_at(source + seen.link.position);
+    } else {
+        seen.first = scratch_at(place);
+        seen.second = scratch_at(place + 1u);
+    }
+    if sweep == ASCEND {
+        seen.other = force_at(seen.link.dof);
+    }
+    if sweep == RESPOND {
+        seen.third = scratch_at(place + 2u);
+        seen.fourth = scratch_at(place + 3u);
+    }
+    return seen;
+}
+
 // Where a joint's child is against its parent: its axes by columns, and its origin.
 struct Placement {
     axes: mat3x3<real>,
     origin: vec3<real>,
 }
 
-fn placement(slot: u32, link: BatchLink, turn: vec2<real>) -> Placement {
-    let at = 1u + 6u * slot;
-    let x = constants[at];
-    let y = constants[at + 1u];
-    let z = constants[at + 2u];
+fn placement(seen: Seen, turn: vec2<real>) -> Placement {
+    let link = seen.link;
+    let x = seen.x;
+    let y = seen.y;
+    let z = seen.z;
     let axes = mat3x3<real>(x.xyz, y.xyz, z.xyz);
     let origin = vec3<real>(x.w, y.w, z.w);
     let row = source + link.position;
@@ -142,10 +192,11 @@ fn placement(slot: u32, link: BatchLink, turn: vec2<real>) -> Placement {
 }
 
 // Velocity across a joint, in the child's axes.
-fn joint_velocity(link: BatchLink) -> Motion {
+fn joint_velocity(seen: Seen) -> Motion {
+    let link = seen.link;
     let row = rates(link);
     if HAS_PRISMATIC != 0u && link.kind == PRISMATIC {
-        return Motion(zero3(), vec3<real>(0.0, 0.0, state_at(row)));
+        return Motion(zero3(), vec3<real>(0.0, 0.0, seen.rate));
     }
     if HAS_SPHERICAL != 0u && link.kind == SPHERICAL {
         return Motion(state3(row), zero3());
@@ -153,7 +204,7 @@ fn joint_velocity(link: BatchLink) -> Motion {
     if HAS_FREE != 0u && link.kind == FREE {
         return Motion(state3(row), state3(row + 3u));
     }
-    return Motion(vec3<real>(0.0, 0.0, state_at(row)), zero3());
+    return Motion(vec3<real>(0.0, 0.0, seen.rate), zero3());
 }
 
 // Angular velocity and, where forces act, axes in the world.
@@ -163,7 +214,8 @@ struct Turning {
 }
 
 // Rotations and velocity products, from the parent's turning.
-fn descend(slot: u32, link: BatchLink, before: Turning) -> Turning {
+fn descend(slot: u32, seen: Seen, before: Turning) -> Turning {
+    let link = seen.link;
     let to = record(slot);
     var parent = before;
     if link.parent == NONE {
@@ -183,15 +235,15 @@ fn descend(slot: u32, link: BatchLink, before: Turning) -> Turning {
     }
     var turn: vec2<real> = vec2<real>(0.0, 1.0);
     if link.kind == REVOLUTE {
-        let angle = state_at(source + link.position);
+        let angle = seen.other;
         if abs(angle) > LARGEST_ANGLE {
             fail(slot, LARGE_ANGLE);
         }
         turn = sin_cos(clamp(angle, -LARGEST_ANGLE, LARGEST_ANGLE));
     }
-    let child = placement(slot, link, turn);
+    let child = placement(seen, turn);
     let w = parent.w * child.axes;
-    let across = joint_velocity(link);
+    let across = joint_velocity(seen);
     let c = velocity_product(link.kind, w, child.origin * child.axes, across);
     let turning = w + across.angular;
     set_scratch(to, vec4<real>(turning, turn.x));
@@ -328,15 +380,14 @@ fn pass_revolute(
 }
 
 // The articulated inertia and bias force of a body, and what its joint passes on.
-fn ascend(slot: u32, link: BatchLink, arriving: Passed) -> Passed {
+fn ascend(slot: u32, seen: Seen, arriving: Passed) -> Passed {
+    let link = seen.link;
     let at = record(slot);
-    let first = scratch_at(at);
-    let second = scratch_at(at + 1u);
-    let w = first.xyz;
-    let child = placement(slot, link, vec2<real>(first.w, second.w));
-    let across = joint_velocity(link);
+    let w = seen.first.xyz;
+    let child = placement(seen, vec2<real>(seen.first.w, seen.second.w));
+    let across = joint_velocity(seen);
     // w_parent x w_J, of which w_J x w_J is nothing.
-    let c = Motion(cross3(w, across.angular), second.xyz);
+    let c = Motion(cross3(w, across.angular), seen.second.xyz);
 
     let constant = 4u + 6u * slot;
     let body = constants[constant];
@@ -412,7 +463,7 @@ fn ascend(slot: u32, link: BatchLink, arriving: Passed) -> Passed {
             fail(slot, SINGULAR);
         }
         let d_inverse: real = 1.0 / select(real(1.0), d, is_firm);
-        let along: real = force_at(row);
+        let along: real = seen.other;
         let u = along - bias.linear.z;
         let w_force = force_scaled(u_force, d_inverse);
         set_scratch(at + 2u, vec4<real>(w_force.angular, u * d_inverse));
@@ -436,7 +487,7 @@ fn ascend(slot: u32, link: BatchLink, arriving: Passed) -> Passed {
             fail(slot, SINGULAR);
         }
         let d_inverse: real = 1.0 / select(real(1.0), d, is_firm);
-        let along: real = force_at(row);
+        let along: real = seen.other;
         let u = along - bias.angular.z;
         let w_force = force_scaled(u_force, d_inverse);
         set_scratch(at + 2u, vec4<real>(w_force.angular, u * d_inverse));
@@ -451,11 +502,10 @@ fn ascend(slot: u32, link: BatchLink, arriving: Passed) -> Passed {
 }
 
 // The acceleration of a body from that of the one its lane did before, or its parent's.
-fn respond(slot: u32, link: BatchLink, before: Motion) -> Motion {
+fn respond(slot: u32, seen: Seen, before: Motion) -> Motion {
+    let link = seen.link;
     let at = record(slot);
-    let first = scratch_at(at);
-    let second = scratch_at(at + 1u);
-    let child = placement(slot, link, vec2<real>(first.w, second.w));
+    let child = placement(seen, vec2<real>(seen.first.w, seen.second.w));
     var parent = before;
     if link.parent == NONE {
         parent = Motion(zero3(), constants[0].xyz);
@@ -463,14 +513,14 @@ fn respond(slot: u32, link: BatchLink, before: Motion) -> Motion {
         let above = record(link.parent);
         parent = Motion(scratch_at(above).xyz, scratch_at(above + 1u).xyz);
     }
-    let across = joint_velocity(link);
+    let across = joint_velocity(seen);
     let shifted = motion_shifted(parent, child.origin);
     var a = Motion(
-        shifted.angular * child.axes + cross3(first.xyz, across.angular),
-        shifted.linear * child.axes + second.xyz,
+        shifted.angular * child.axes + cross3(seen.first.xyz, across.angular),
+        shifted.linear * child.axes + seen.second.xyz,
     );
-    let w_angular = scratch_at(at + 2u);
-    let w_linear = scratch_at(at + 3u);
+    let w_angular = seen.third;
+    let w_linear = seen.fourth;
     if HAS_FREE != 0u && link.kind == FREE {
         let free = Motion(w_angular.xyz, w_linear.xyz);
         finish_several(slot, link, motion_sub(free, a));
@@ -501,21 +551,29 @@ fn respond(slot: u32, link: BatchLink, before: Motion) -> Motion {
 
 // Accelerations of the state at `source`, each handed to `finish`.
 fn forward_dynamics(lane: u32) {
+    if plan.levels == 0u {
+        return;
+    }
     var turning: Turning;
+    var ahead = look(0u, lane, DESCEND);
     for (var level = 0u; level < plan.levels; level++) {
-        let slot = level * LANES + lane;
-        let link = links[slot];
-        if link.kind != IDLE {
-            turning = descend(slot, link, turning);
+        let seen = ahead;
+        ahead = look(level + 1u, lane, DESCEND);
+        if seen.link.kind != IDLE {
+            turning = descend(level * LANES + lane, seen, turning);
         }
         meet();
     }
     var passed = nothing_passed();
+    let last = plan.levels - 1u;
+    ahead = look(last, lane, ASCEND);
     for (var k = 0u; k < plan.levels; k++) {
-        let slot = (plan.levels - 1u - k) * LANES + lane;
-        let link = links[slot];
+        let level = last - k;
+        let seen = ahead;
+        ahead = look(max(level, 1u) - 1u, lane, ASCEND);
+        let link = seen.link;
         if link.kind != IDLE {
-            passed = ascend(slot, link, passed);
+            passed = ascend(level * LANES + lane, seen, passed);
             if (link.flags & FOLLOWS) == 0u {
                 if link.parent != NONE {
                     leave(record(plan.levels * LANES) + 8u * link.handoff, passed);
@@ -526,11 +584,12 @@ fn forward_dynamics(lane: u32) {
         meet();
     }
     var a = motion_zero();
+    ahead = look(0u, lane, RESPOND);
     for (var level = 0u; level < plan.levels; level++) {
-        let slot = level * LANES + lane;
-        let link = links[slot];
-        if link.kind != IDLE {
-            a = respond(slot, link, a);
+        let seen = ahead;
+        ahead = look(level + 1u, lane, RESPOND);
+        if seen.link.kind != IDLE {
+            a = respond(level * LANES + lane, seen, a);
         }
         meet();
     }
