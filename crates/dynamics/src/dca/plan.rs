@@ -190,12 +190,12 @@ pub(super) fn weights(model: &Model, epsilon: f64) -> Vec<f64> {
 /// The weights by which bodies are chosen to be cut, from their [`weights`] m and from what side branches
 /// carry: sqrt(m (m + side)).
 ///
-/// A body that heavy branches hang from makes a stiff joint in the tree and a soft one inside a chunk,
-/// where their inertia would have to be dragged through the light bodies inboard; but a light body
-/// under heavy branches is heavy in some directions only, and its half is no good end
-/// (`docs/accuracy.md` compares the choices). What a joint of d freedoms passes on of the inertia beyond
-/// is taken as 1 - d/6 of it; the path is assumed to go on with the largest subtree.
-pub(super) fn cut_weights(model: &Model, weights: &[f64]) -> Vec<f64> {
+/// A body that heavy branches hang from is best cut: inside a chunk their inertia comes out at both
+/// ends, beside the light bodies there. But a light body under heavy branches is heavy in some
+/// directions only, and its half is no good end, none at all where the ratio has more digits than the
+/// tree (`docs/accuracy.md` compares the choices). What a joint of d freedoms passes on of the inertia
+/// beyond is taken as 1 - d/6 of it; the path is assumed to go on with the largest subtree.
+pub(super) fn cut_weights(model: &Model, weights: &[f64], epsilon: f64) -> Vec<f64> {
     #[derive(Clone, Copy, Default)]
     struct Children {
         bodies: usize,
@@ -207,8 +207,13 @@ pub(super) fn cut_weights(model: &Model, weights: &[f64]) -> Vec<f64> {
     let mut cuts = vec![0.0; weights.len()];
     for (index, body) in model.bodies().iter().enumerate().rev() {
         let below = children[index];
-        let side = (below.passed - below.passed_by_largest).max(0.0);
-        cuts[index] = (weights[index] * (weights[index] + side)).sqrt();
+        let (own, side) = (weights[index], below.passed - below.passed_by_largest);
+        let side = if side * 16.0 * epsilon > own {
+            0.0
+        } else {
+            side.max(0.0)
+        };
+        cuts[index] = (own * (own + side)).sqrt();
         if let Some(parent) = body.parent {
             let freedoms = u32::try_from(body.dof_range().len()).unwrap_or(6);
             let kept = 1.0 - f64::from(freedoms) / 6.0;
