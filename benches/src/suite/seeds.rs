@@ -95,7 +95,7 @@ impl Bounds {
             // Each correction gains the digits of the joins; and in f64 no pattern costs a digit then.
             ("dca+1", _) => Self {
                 median: 1e-12 * slender(case),
-                max: 1e-10 * slender(case),
+                max: 1e-9 * slender(case),
             },
             ("dca+2" | "aba+1", _) => plain(f64::EPSILON, 1.0),
             (_, "f64/f32") => Self {
