@@ -146,7 +146,7 @@ fn structs_are_laid_out_alike_on_both_sides() {
         fields!(Bins: count, bins),
         fields!(Numbers: count, words),
         fields!(Layer: count, rounds, starts, ways, stage),
-        fields!(Sizes: slots, positions, dofs, chunks, joins, chunk_nodes, inners, leaves, rakes, carriers, chunk_words, join_words, sum_words, rake_words, length),
+        fields!(Sizes: slots, positions, dofs, chunks, joins, chunk_nodes, inners, leaves, rakes, carriers, single, chunk_words, join_words, sum_words, rake_words, length),
     ];
     for (name, kernel) in KERNELS.iter() {
         let module = parse(name, kernel);

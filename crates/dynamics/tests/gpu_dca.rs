@@ -2,16 +2,18 @@
 
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
+use glam::{DMat3, DVec3};
+use std::sync::OnceLock;
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
-use vertebra_assembly::{Model, Random, State};
+use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::gpu::{Options, Simulation};
 use vertebra_dynamics::{
     DcaOptions, DcaWorkspace, Error, Forces, Integrator, Precision, Workspace, Wrench, aba, dca,
     forward_error,
 };
-use std::sync::OnceLock;
 use vertebra_gpu::Device;
+use vertebra_spatial::Pose;
 
 /// Chunks and joins: the three choices there are.
 const PRECISIONS: [(Precision, Precision); 3] = [
@@ -34,7 +36,11 @@ fn inputs(model: &Model, seed: u64) -> (State, Forces) {
     for at in 0..4 {
         let wrench = Wrench::at_point(random.direction() * 5.0, random.direction())
             .with_torque(random.direction());
-        let wrench = if at % 2 == 0 { wrench } else { wrench.in_body_axes() };
+        let wrench = if at % 2 == 0 {
+            wrench
+        } else {
+            wrench.in_body_axes()
+        };
         forces.push(bodies[random.below(bodies.len())], wrench);
     }
     (State::random(model, seed), forces)
@@ -239,7 +245,10 @@ fn energy() {
     cpu.set_state(gpu.state().unwrap()).unwrap();
     let on_gpu = (total(&cpu.mechanics().unwrap()) - total(&before)).abs();
     let scale = total(&before).abs() * 1e-9;
-    assert!(on_gpu <= 10.0 * on_cpu + scale, "{on_gpu:e}, on the CPU {on_cpu:e}");
+    assert!(
+        on_gpu <= 10.0 * on_cpu + scale,
+        "{on_gpu:e}, on the CPU {on_cpu:e}"
+    );
 }
 
 /// A state that overflows ends in an error that names a body and the step, and the state before it is
@@ -253,7 +262,12 @@ fn faults() {
     state.qd.fill(1e30);
     simulation.set_state(&state).unwrap();
     let error = simulation.steps(1e9, 40).unwrap_err();
-    let Error::Step { step, count, source } = &error else {
+    let Error::Step {
+        step,
+        count,
+        source,
+    } = &error
+    else {
         unreachable!("{error}");
     };
     assert_eq!(*count, 40);
@@ -265,7 +279,10 @@ fn faults() {
         assert_eq!(kept.qd, state.qd);
     }
     // The same step fails again, and a good state goes on.
-    assert!(matches!(simulation.step(1e9), Err(Error::Step { step: 0, .. })));
+    assert!(matches!(
+        simulation.step(1e9),
+        Err(Error::Step { step: 0, .. })
+    ));
     let good = State::random(&model, 3);
     simulation.set_state(&good).unwrap();
     simulation.step(1e-3).unwrap();
@@ -277,12 +294,18 @@ fn faults() {
     // Numbers that are none never reach the device.
     let mut broken = good.clone();
     broken.q[3] = f64::NAN;
-    assert!(matches!(simulation.set_state(&broken), Err(Error::Model(_))));
+    assert!(matches!(
+        simulation.set_state(&broken),
+        Err(Error::Model(_))
+    ));
     let mut forces = Forces::none(&model);
     forces.joint[2] = f64::INFINITY;
     let refused = simulation.set_forces(&forces);
     assert!(matches!(refused, Err(Error::NonFiniteInput { .. })));
-    assert!(matches!(simulation.step(f64::NAN), Err(Error::NonFiniteInput { .. })));
+    assert!(matches!(
+        simulation.step(f64::NAN),
+        Err(Error::NonFiniteInput { .. })
+    ));
     assert_eq!(simulation.state().unwrap(), again.state().unwrap());
 }
 
@@ -296,7 +319,10 @@ fn precisions() {
         ..Options::default()
     };
     let refused = Simulation::on(&device, &model, &reference).unwrap_err();
-    assert!(matches!(refused, Error::PrecisionUnavailable { .. }), "{refused}");
+    assert!(
+        matches!(refused, Error::PrecisionUnavailable { .. }),
+        "{refused}"
+    );
     let finer = options(Precision::F32, Precision::F64, 8);
     let refused = Simulation::on(&device, &model, &finer).unwrap_err();
     assert!(matches!(refused, Error::TreePrecision { .. }), "{refused}");
@@ -310,4 +336,55 @@ fn precisions() {
     let mut simulation = Simulation::on(&plain, &model, &Options::default()).unwrap();
     assert_eq!(simulation.precisions(), (Precision::F32, Precision::F32));
     simulation.step(1e-3).unwrap();
+}
+
+/// A hub without inertia to speak of, from which chains hang by joints about the hub's own axis: they
+/// leave it nothing, and what rounding of the joins leaves is not taken for an inertia.
+#[test]
+fn singular_joints_are_named() {
+    let bare = MassProperties {
+        mass: 1e-9,
+        center: DVec3::ZERO,
+        inertia: DMat3::from_diagonal(DVec3::splat(1e-17)),
+    };
+    let tip = Pose::from_translation(DVec3::Z);
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
+    let frame = Joint::revolute(DVec3::Y);
+    let hub = Joint::revolute(DVec3::X).at(tip);
+    let mut description = ModelDescription::new("hub")
+        .body("frame", None, frame, rod)
+        .body("hub", Some("frame"), hub, bare);
+    let mut random = Random::new(4);
+    for chain in 0..3 {
+        let mut parent = "hub".to_owned();
+        for index in 0..20 {
+            let name = format!("rod-{chain}-{index}");
+            let joint = match index {
+                0 => Joint::revolute(DVec3::X),
+                _ => Joint::revolute(random.direction()).at(tip),
+            };
+            description = description.body(&name, Some(&parent), joint, rod);
+            parent = name;
+        }
+    }
+    let model = description.build().unwrap();
+    for (chunks, tree) in PRECISIONS {
+        let options = options(chunks, tree, 8);
+        let mut simulation = Simulation::on(&device(), &model, &options).unwrap();
+        simulation.set_state(&State::random(&model, 5)).unwrap();
+        let named = Error::SingularJoint {
+            body: "hub".to_owned(),
+        };
+        assert_eq!(
+            simulation.accelerations(),
+            Err(named.clone()),
+            "{chunks} {tree}"
+        );
+        let step = Error::Step {
+            step: 0,
+            count: 1,
+            source: Box::new(named),
+        };
+        assert_eq!(simulation.step(1e-3), Err(step));
+    }
 }

@@ -29,7 +29,7 @@ const SEEDS: u64 = 24;
 const SEEDED: [usize; 2] = [128, 2048];
 
 /// Joints of a chunk that are compared.
-const WINDOWS: [usize; 4] = [4, 6, 12, 16];
+const WINDOWS: [usize; 5] = [2, 4, 8, 12, 16];
 
 /// Chunks and joins.
 const PRECISIONS: [(Precision, Precision); 3] = [
@@ -54,7 +54,10 @@ pub(crate) fn measurements<'a>(
         }
         let name = name(chunks, tree);
         let mut add = |method: &str, run: Run<'a>| {
-            let label = format!("{} {bodies} bodies: {method} {name} on the GPU", subject.scenario);
+            let label = format!(
+                "{} {bodies} bodies: {method} {name} on the GPU",
+                subject.scenario
+            );
             list.push(Measurement::new(label, run));
         };
         let options = Options {
@@ -165,7 +168,9 @@ impl Chain<'_> {
         let timing = sample(meter, || {
             let start = Instant::now();
             simulation.solve()?;
-            Ok(simulation.gpu_time().unwrap_or_else(|| start.elapsed().as_secs_f64()))
+            Ok(simulation
+                .gpu_time()
+                .unwrap_or_else(|| start.elapsed().as_secs_f64()))
         })?;
         Ok(timing.map(|timing| Row {
             error_forward: Some(forward),
@@ -181,7 +186,12 @@ impl Chain<'_> {
         let mut simulation = self.simulation(state, forces)?;
         simulation.steps(STEP, 1)?;
         let exact = self.subject.reference()?[0].iter();
-        let expected: Vec<f64> = state.qd.iter().zip(exact).map(|(qd, a)| qd + STEP * a).collect();
+        let expected: Vec<f64> = state
+            .qd
+            .iter()
+            .zip(exact)
+            .map(|(qd, a)| qd + STEP * a)
+            .collect();
         let forward = relative_error(&simulation.state()?.qd, &expected);
         let dispatches = simulation.dispatches()?;
         let mut taken = 0;
@@ -233,7 +243,10 @@ impl Chain<'_> {
         simulation.take_times(Timing::Dispatches)?;
         simulation.steps(STEP, 1)?;
         simulation.steps(STEP, 1)?;
-        Ok(format!("; one by one{}", shares(&simulation.dispatch_times())))
+        Ok(format!(
+            "; one by one{}",
+            shares(&simulation.dispatch_times())
+        ))
     }
 
     /// Errors over many seeds, and those of the same algorithm on the CPU: whether the device loses
@@ -258,13 +271,15 @@ impl Chain<'_> {
             simulation.set_state(&state)?;
             let start = Instant::now();
             let found = simulation.accelerations()?;
-            let time = simulation.gpu_time().unwrap_or_else(|| start.elapsed().as_secs_f64());
+            let time = simulation
+                .gpu_time()
+                .unwrap_or_else(|| start.elapsed().as_secs_f64());
             times.push(time);
             errors[0].push(relative_error(&found, &exact));
             let options = DcaOptions {
                 chunks: chunks.unwrap_or_default(),
                 tree: tree.unwrap_or_default(),
-                schedule: Some(schedule::ScheduleOptions::with_window(8)),
+                schedule: Some(schedule::ScheduleOptions::with_window(4)),
                 parallel: false,
             };
             let mut workspace = DcaWorkspace::new(&model, &options)?;

@@ -6,7 +6,9 @@ use crate::suite::{Figure, Outcome, relative_error};
 use vertebra::generate::{self, RandomTree, Rod};
 use vertebra::gpu::{Options, Simulation};
 use vertebra::schedule::ScheduleOptions;
-use vertebra::{Error, Forces, Integrator, Model, Precision, Random, State, Workspace, Wrench, aba};
+use vertebra::{
+    Error, Forces, Integrator, Model, Precision, Random, State, Workspace, Wrench, aba,
+};
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
 
@@ -37,7 +39,11 @@ fn inputs(model: &Model, seed: u64) -> (State, Forces) {
     for turn in 0..4 {
         let wrench = Wrench::at_point(random.direction() * 5.0, random.direction() * 0.1);
         let wrench = wrench.with_torque(random.direction());
-        let wrench = if turn % 2 == 0 { wrench } else { wrench.in_body_axes() };
+        let wrench = if turn % 2 == 0 {
+            wrench
+        } else {
+            wrench.in_body_axes()
+        };
         forces.push(bodies[random.below(bodies.len())], wrench);
     }
     (State::random(model, seed), forces)
@@ -75,7 +81,11 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
             simulation.set_state(&state)?;
             simulation.set_forces(&forces)?;
             let error = relative_error(&simulation.accelerations()?, exact);
-            figures.push(Figure::new(format!("{name}, {chunks} over {tree}"), error, bound));
+            figures.push(Figure::new(
+                format!("{name}, {chunks} over {tree}"),
+                error,
+                bound,
+            ));
         }
     }
     Ok(figures)
@@ -96,7 +106,11 @@ pub(super) fn long_chain(device: &Device) -> Outcome {
         let error = relative_error(&simulation.accelerations()?, exact);
         // A bound for chains of hundreds, times the walk to this length.
         let bound = bound * (count as f64 / 1000.0).sqrt().max(1.0);
-        figures.push(Figure::new(format!("{count} bodies, {chunks} over {tree}"), error, bound));
+        figures.push(Figure::new(
+            format!("{count} bodies, {chunks} over {tree}"),
+            error,
+            bound,
+        ));
     }
     Ok(figures)
 }

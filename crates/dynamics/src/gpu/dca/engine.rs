@@ -177,7 +177,9 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
     pub(super) fn read_control(&mut self, tables: &Tables) -> Result<Vec<u32>, Error> {
         let ready = self.ready(tables, Task::ReadControl)?;
         let output: Output = ready.program.run()?.wait()?;
-        ready.control.map_or(Ok(Vec::new()), |slot| output.read(slot))
+        ready
+            .control
+            .map_or(Ok(Vec::new()), |slot| output.read(slot))
     }
 
     fn ready(&mut self, tables: &Tables, task: Task) -> Result<&Ready<T>, Error> {
@@ -289,7 +291,11 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                 Integrator::RungeKutta4 => {
                     for stage in 0..4 {
                         self.solve(Advance::RungeKutta, stage);
-                        let commit = if stage == 3 { Commit::Step } else { Commit::Keep };
+                        let commit = if stage == 3 {
+                            Commit::Step
+                        } else {
+                            Commit::Keep
+                        };
                         self.turn_parts(commit);
                     }
                 }
@@ -380,7 +386,8 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         let uniform = self.recording.buffer_from("layer", &[layer]);
         let [lanes, ..] = kernel.workgroup_size();
         let buffers = buffers(self, uniform);
-        self.recording.dispatch(kernel, &buffers, workgroups(layer.count, lanes));
+        self.recording
+            .dispatch(kernel, &buffers, workgroups(layer.count, lanes));
     }
 
     fn motion(&self, layer: Slot<Layer>) -> Vec<AnySlot> {

@@ -2,8 +2,8 @@
 
 use super::engine::{self, Engine, PUSH, PUSHED, PUSHED_SLOTS, STEP_SIZE, STEPS, Task};
 use super::tables::Tables;
-use crate::dca::plan::{self, Plan};
 use crate::dca::check_precisions;
+use crate::dca::plan::{self, Plan};
 use crate::link::{BodyFrame, Scales};
 use crate::{Error, Forces, Integrator, Precision, Wrench};
 use glam::{DQuat, DVec3};
@@ -20,8 +20,11 @@ const BLOCK: usize = 16;
 /// Runs under way before the oldest is waited for.
 const UNDER_WAY: usize = 4;
 
-/// Joints of a chunk on average.
+/// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and
+/// beyond these many bodies its joins are memory.
+const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
+const LONG_CHAIN: usize = 8192;
 
 /// Angle up to which f32 has digits left for sines \[rad\].
 const LARGEST_F32_ANGLE: f64 = 131_072.0;
@@ -33,7 +36,8 @@ pub struct Options {
     pub chunks: Option<Precision>,
     /// Precision of the joins, at most that of the chunks; none for f32.
     pub tree: Option<Precision>,
-    /// How bodies are gathered into chunks; none for 8 joints each.
+    /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
+    /// 8192 and more.
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
@@ -105,7 +109,14 @@ impl Simulation {
         let (chunks, tree) = precisions;
         let weights = plan::weights(model, tree.epsilon());
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
-        let gathering = options.schedule.unwrap_or(ScheduleOptions::with_window(WINDOW));
+        let window = if parents.len() < LONG_CHAIN {
+            SHORT_WINDOW
+        } else {
+            WINDOW
+        };
+        let gathering = options
+            .schedule
+            .unwrap_or(ScheduleOptions::with_window(window));
         let schedule = Schedule::of_tree(&parents, &weights, &gathering)?;
         let tables = Tables::new(model, &Plan::new(model, schedule, &weights));
         let engines = match (chunks, tree) {
@@ -180,7 +191,8 @@ impl Simulation {
     /// [`Error::Gpu`].
     pub fn state(&mut self) -> Result<State, Error> {
         let tables = &self.tables;
-        let numbers = in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let numbers =
+            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
         let (q, qd) = numbers.split_at(tables.positions.len());
         let mut state = State::neutral(&self.model);
         for (&at, &number) in tables.positions.iter().zip(q) {
@@ -265,7 +277,9 @@ impl Simulation {
                     self.gpu_time = output.gpu_time();
                     self.dispatch_times.clear();
                     let times = output.dispatch_times();
-                    let times = times.into_iter().map(|(label, time)| (label.to_owned(), time));
+                    let times = times
+                        .into_iter()
+                        .map(|(label, time)| (label.to_owned(), time));
                     self.dispatch_times.extend(times);
                 }
                 Err(error) => {
@@ -281,8 +295,7 @@ impl Simulation {
         let done = match &failure {
             None => count,
             Some(_) => {
-                let control =
-                    in_engine!(&mut self.engines, engine => engine.read_control(tables))?;
+                let control = in_engine!(&mut self.engines, engine => engine.read_control(tables))?;
                 control[STEPS].wrapping_sub(self.taken) as usize
             }
         };
@@ -309,9 +322,14 @@ impl Simulation {
     pub fn accelerations(&mut self) -> Result<Vec<f64>, Error> {
         self.solve()?;
         let tables = &self.tables;
-        let numbers = in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let numbers =
+            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
         let mut qdd = vec![0.0; self.model.dof_count()];
-        for (&dof, number) in tables.dofs.iter().zip(&numbers[tables.accelerations_at()..]) {
+        for (&dof, number) in tables
+            .dofs
+            .iter()
+            .zip(&numbers[tables.accelerations_at()..])
+        {
             let dof = dof as usize;
             qdd[dof] = number * self.scales.acceleration[dof];
         }
@@ -346,7 +364,8 @@ impl Simulation {
     pub fn poses(&mut self) -> Result<Vec<Pose>, Error> {
         self.turn()?;
         let tables = &self.tables;
-        let numbers = in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadPoses))?;
+        let numbers =
+            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadPoses))?;
         let poses = numbers.chunks_exact(8).enumerate().map(|(body, n)| {
             let rotation = DQuat::from_xyzw(n[0], n[1], n[2], n[3]).normalize();
             let pose = Pose::new(rotation, DVec3::new(n[4], n[5], n[6]));
@@ -524,7 +543,13 @@ impl Simulation {
             } else {
                 Vec3::ZERO
             };
-            add_push(&mut pushes[*number as usize - 1], &frame, origin, wrench, units);
+            add_push(
+                &mut pushes[*number as usize - 1],
+                &frame,
+                origin,
+                wrench,
+                units,
+            );
         }
         control[PUSHED] = engine::number(pushes.len());
         pushes
@@ -582,7 +607,11 @@ fn scale_lengths(model: &Model, q: &mut [f64], factor: f64) {
 
 fn precisions(device: &Device, options: &Options) -> Result<(Precision, Precision), Error> {
     let has_f64 = device.features().contains(Features::SHADER_F64);
-    let best = if has_f64 { Precision::F64 } else { Precision::F32 };
+    let best = if has_f64 {
+        Precision::F64
+    } else {
+        Precision::F32
+    };
     let chunks = options.chunks.unwrap_or(best);
     let tree = options.tree.unwrap_or(Precision::F32);
     for asked in [chunks, tree] {

@@ -64,11 +64,19 @@ impl Tables {
             leading: small(plan.schedule.chunks_in(0).len()),
             work: Vec::new(),
             turn: Vec::new(),
-            bodies: order.old_slots.iter().map(|&old| plan.bodies[old]).collect(),
+            bodies: order
+                .old_slots
+                .iter()
+                .map(|&old| plan.bodies[old])
+                .collect(),
             slots: Vec::new(),
             positions: Vec::new(),
             dofs: Vec::new(),
-            at_center: order.old_slots.iter().map(|&old| plan.at_center[old]).collect(),
+            at_center: order
+                .old_slots
+                .iter()
+                .map(|&old| plan.at_center[old])
+                .collect(),
         };
         tables.slots = (plan.slots.iter())
             .map(|&old| order.new_slots[old as usize])
@@ -88,6 +96,7 @@ impl Tables {
             leaves: small(end.leaf),
             rakes: small(rakes.heads.len()),
             carriers: u32::from(!rakes.heads.is_empty()),
+            single: u32::from(plan.links.iter().all(|link| link.kind.dof_count() == 1)),
             #[expect(clippy::cast_possible_truncation, reason = "a power of two")]
             length: model.units().length as f32,
             ..tables.sizes
@@ -139,9 +148,10 @@ impl Tables {
         }
         if !rakes.heads.is_empty() {
             for which in 0..2 {
-                let onto = order.old_slots.iter().map(|&old| {
-                    plan.rakes[old][which].map_or(NONE, |raked| rakes.number(raked))
-                });
+                let onto = order
+                    .old_slots
+                    .iter()
+                    .map(|&old| plan.rakes[old][which].map_or(NONE, |raked| rakes.number(raked)));
                 self.words.extend(onto);
             }
         }
@@ -331,7 +341,9 @@ impl Order {
         let mut chunks: Vec<usize> = round.collect();
         chunks.sort_by_key(|&chunk| core::cmp::Reverse(plan.slots_of(chunk).len()));
         let jag = self.jags.len();
-        let longest = chunks.first().map_or(0, |&chunk| plan.slots_of(chunk).len());
+        let longest = chunks
+            .first()
+            .map_or(0, |&chunk| plan.slots_of(chunk).len());
         for place in 0..longest {
             self.jags.push(small(self.old_slots.len()));
             let with_place = chunks.iter().map(|&chunk| plan.slots_of(chunk));
@@ -369,7 +381,10 @@ impl Rakes {
             chunks: chunks.len(),
             of_joins: vec![NONE; plan.joins.len()],
             first_sum: 0,
-            heads: chunks.iter().map(|&c| order.new_slots[plan.extents[c].slot]).collect(),
+            heads: chunks
+                .iter()
+                .map(|&c| order.new_slots[plan.extents[c].slot])
+                .collect(),
             makers: chunks.iter().map(|&chunk| Part::Chunk(chunk)).collect(),
         };
         for (index, join) in plan.joins.iter().enumerate() {
@@ -433,7 +448,11 @@ fn rounds(plan: &Plan<f64>, order: &Order, rakes: &Rakes) -> Rounds {
         }
         for join in schedule.joins_in(round) {
             let plan = &plan.joins[join];
-            rounds.push(round, Item::Join(join), &[part(plan.inboard), part(plan.outboard)]);
+            rounds.push(
+                round,
+                Item::Join(join),
+                &[part(plan.inboard), part(plan.outboard)],
+            );
         }
         for sum in schedule.sums_in(round) {
             let needs = plan.sums[sum].map(|raked| rakes.item(raked, order));
