@@ -147,7 +147,11 @@ impl<'a> Batch<'a> {
         let times = parts.iter().map(|part| part.gpu_time);
         Ok(Statistics {
             block_pairs: parts.iter().map(|part| part.block_pairs).sum(),
-            hits: self.sorted(&parts)?.iter().map(|list| list.len() as u64).sum(),
+            hits: self
+                .sorted(&parts)?
+                .iter()
+                .map(|list| list.len() as u64)
+                .sum(),
             undecided: parts.iter().map(|part| part.records.len() as u64).sum(),
             tree: self.way == Way::Tree,
             gpu_time: times.sum(),

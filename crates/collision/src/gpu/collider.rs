@@ -229,7 +229,8 @@ impl Resident {
     /// Says whether the last refit found a coordinate that is not finite. Does not wait if asked after a later run.
     pub(super) fn check(&self) -> Result<(), Error> {
         let mut refit = self.refit.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Refit::UnderWay(pending) = std::mem::replace(&mut *refit, Refit::Fine)
+        if matches!(*refit, Refit::UnderWay(_))
+            && let Refit::UnderWay(pending) = std::mem::replace(&mut *refit, Refit::Fine)
             && let Err(error) = pending.wait()
         {
             *refit = Refit::Failed(non_finite(error));

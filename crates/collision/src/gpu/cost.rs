@@ -28,11 +28,7 @@ pub(super) fn way(culling: Culling, jobs: &[Job]) -> Way {
                 all += PAIR * f64::from(job.a_blocks) * f64::from(job.b_blocks);
                 tree += BLOCK * f64::from(job.b_blocks);
             }
-            if all > tree {
-                Way::Tree
-            } else {
-                Way::AllPairs
-            }
+            if all > tree { Way::Tree } else { Way::AllPairs }
         }
     }
 }

@@ -115,10 +115,7 @@ impl Links {
     ///
     /// [`QueryError::PoseCount`] for a configuration of other than one pose a body; [`QueryError::InPair`] with the
     /// first pair of which a pose is refused.
-    pub fn at(
-        &self,
-        configurations: &[impl AsRef<[Pose]>],
-    ) -> Result<AtConfigurations<'_>, Error> {
+    pub fn at(&self, configurations: &[impl AsRef<[Pose]>]) -> Result<AtConfigurations<'_>, Error> {
         let pairs = self.pairs();
         let (mut relative, mut jobs) = (Vec::new(), Vec::new());
         for (configuration, poses) in configurations.iter().enumerate() {
