@@ -85,7 +85,11 @@ impl Subject {
                 }
             }
         }
-        list.extend(collision::measurements(&self.device, &self.meshes, selection));
+        list.extend(collision::measurements(
+            &self.device,
+            &self.meshes,
+            selection,
+        ));
         list
     }
 }

@@ -72,6 +72,9 @@ pub const CHECKS: &[GpuCheck] = &[
     check("collision_large", collision::large),
     check("collision_queues_grow", collision::queues_grow),
     check("collision_moved", collision::moved),
+    check("collision_itself", collision::itself),
+    check("collision_together", collision::together),
+    check("collision_moller", collision::moller),
 ];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
