@@ -195,7 +195,7 @@ fn decide(a: Corners, b: Posed) -> u32 {
     // hub to end and w from hub to hub, the host's `exact.rs` says why its sign is their order.
     let hub_a = from_hub(a, sides_a);
     let hub_b = from_hub(b.corners, sides_b);
-    let edges = from_hub(Corners(vec3<f32>(0.0), b.to_q, b.to_r), sides_b);
+    let edges: Corners = from_hub(Corners(vec3<f32>(0.0), b.to_q, b.to_r), sides_b);
     let positive_a = hub_is_positive(sides_a);
     let positive_b = hub_is_positive(sides_b);
     let w = (hub_b.p - hub_a.p) * unit;

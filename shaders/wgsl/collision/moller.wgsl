@@ -190,7 +190,7 @@ fn main(
     let place = number - job.first_group;
     let row = place % tiles_a * LANES + lane;
     let column = place / tiles_a * COLUMNS;
-    var mine = planed(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), NONE);
+    var mine: Planed = planed(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), NONE);
     if row < WIDTH * job.a_blocks {
         let leaf = leaves_a[WIDTH * job.a_first + row];
         mine = planed(point_a(leaf.x), point_a(leaf.y), point_a(leaf.z), leaf.w);

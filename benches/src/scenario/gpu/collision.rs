@@ -39,8 +39,9 @@ const ROWS: [(&str, Culling, Run); 11] = [
 /// Steps around and down the spheres: 1e3 to 1e7 triangles of both.
 const STEPS: [(usize, usize); 5] = [(23, 12), (71, 36), (224, 113), (708, 354), (2236, 1119)];
 
-/// Triangles of both spheres that a processor is asked about at most.
+/// Triangles of both spheres that a processor is asked about at most, and a device in a quick run.
 const SOFTWARE_LIMIT: usize = 20_000;
+const QUICK_LIMIT: usize = 2_500_000;
 
 /// Triangles of both spheres that are held against each other without a tree at most.
 const ALL_PAIRS_LIMIT: usize = 1_100_000;
@@ -88,10 +89,14 @@ pub(super) fn measurements<'a>(
     ];
     for (around, down) in STEPS {
         let triangles = 4 * around * (down - 1);
-        let short = software || selection.quick;
+        let most = match (software, selection.quick) {
+            (true, _) => SOFTWARE_LIMIT,
+            (false, true) => QUICK_LIMIT,
+            (false, false) => usize::MAX,
+        };
         for (name, run) in kinds {
             let slow = name == "collision-spheres-all" && triangles > ALL_PAIRS_LIMIT;
-            if selection.wants(name) && !(short && triangles > SOFTWARE_LIMIT) && !slow {
+            if selection.wants(name) && triangles <= most && !slow {
                 let label = format!("gpu crossing spheres of {triangles}: {name}");
                 list.push(Measurement::new(label, move |meter| {
                     run(device, meter, (around, down))

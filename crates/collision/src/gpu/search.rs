@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use vertebra_gpu::{Buffer, Device, Program, Recording, Shared, Slot, Timing, workgroups};
 use vertebra_shaders::collision::{
-    Answer, BLOCK_PAIRS, Bodies, Job, LEVELS, MOLLER_TILE, PAIRS_A_ROUND, PLACE_BODIES, Places,
-    RECORD, Sizes, TILE, TREE_PAIRS, Tolerance, Tree, WIDTH, moller, narrow,
+    Answer, BLOCK_PAIRS, Bodies, Job, MOLLER_TILE, PAIRS_A_ROUND, PLACE_BODIES, Places, RECORD,
+    Sizes, TILE, TREE_PAIRS, Tolerance, WIDTH, moller, narrow,
 };
 
 use super::collider::Resident;
@@ -414,7 +414,7 @@ impl Search {
                 counts.any(),
             ];
             let kernel = if ask.way == Way::Tree {
-                buffers.push(recording.buffer_from("tree", &[tree(&a.levels)]).any());
+                buffers.push(recording.buffer_from("tree", &[a.tree()]).any());
                 &TREE_PAIRS
             } else {
                 &BLOCK_PAIRS
@@ -481,20 +481,6 @@ impl Search {
             undecided: words / 2 / count(RECORD),
         }
     }
-}
-
-/// The tree of these numbers of nodes a level.
-fn tree(levels: &[u32]) -> Tree {
-    let mut tree = Tree {
-        top: count(levels.len()).saturating_sub(1),
-        ..Tree::default()
-    };
-    let mut first = 0;
-    for (place, &nodes) in tree.levels.iter_mut().zip(levels.iter().take(LEVELS)) {
-        *place = [first, nodes, 0, 0];
-        first += nodes;
-    }
-    tree
 }
 
 /// The jobs with the workgroups they begin at, and how many workgroups there are.

@@ -7,7 +7,7 @@ use vertebra_collision::gpu::{Collider, Device, Error, Links, Query, SelfQuery};
 use vertebra_collision::{Culling, Method, PoseProblem, QueryError, Side, TriangleMesh};
 use vertebra_spatial::Pose;
 
-use crate::support::{Random, cuboid, exploded, gold_mesh};
+use crate::support::{Random, cuboid, exploded, gold_mesh, step_f32};
 
 /// The device of all tests.
 pub(crate) fn device() -> Option<&'static Device> {
@@ -121,6 +121,52 @@ fn slivers_and_needles() {
         let (a, b) = (slivers(200), slivers(220));
         agree(&a, &b, Pose::IDENTITY);
         agree(&a, &b, pose(&mut random, 0.5));
+    }
+}
+
+/// Triangles of which a corner is a rounding away from a triangle of the other mesh, or an edge from an edge, where they
+/// stand and posed: signs that no arithmetic in `f32` can tell, and many more that it barely can.
+#[test]
+fn a_rounding_from_touching() {
+    let mut random = Random::new(10);
+    for (turned, far) in [(false, 0.0), (true, 0.3), (true, 20.0)] {
+        let pose = if turned {
+            pose(&mut random, far)
+        } else {
+            Pose::IDENTITY
+        };
+        let back = pose.inverse();
+        let a = soup(250, |_| [(); 3].map(|()| random.point()));
+        let mut random = Random::new(11);
+        let b = soup(500, |i| {
+            let [p, q, r] = a.triangle(i / 2).map(|v| v.as_dvec3());
+            let (u, v) = (random.unit().abs(), random.unit().abs());
+            let ends = if i % 2 == 0 {
+                let inside = p + (q - p) * u * 0.5 + (r - p) * v * 0.5;
+                [
+                    inside,
+                    inside + random.point().as_dvec3(),
+                    random.point().as_dvec3(),
+                ]
+            } else {
+                let (edge, along) = (p + (q - p) * u, random.point().as_dvec3());
+                [
+                    edge - along * v,
+                    edge + along * (1.1 - v),
+                    edge + random.point().as_dvec3(),
+                ]
+            };
+            ends.map(|end| {
+                let end = back.transform_point(end).as_vec3();
+                let step = |x: f32, steps| step_f32(f64::from(x), steps) as f32;
+                Vec3::from(end.to_array().map(|x| step(x, random.int(-1, 1))))
+            })
+        });
+        let [hits, undecided] = agree(&a, &b, pose);
+        assert!(
+            hits > 500 && undecided > 100 || device().is_none(),
+            "{hits} {undecided}"
+        );
     }
 }
 
@@ -457,4 +503,36 @@ fn moved_vertices() {
     on_b.refit().unwrap();
     let expected = vertebra_collision::Query::new(&a, &b).pairs().unwrap();
     assert_eq!(query.pairs().unwrap(), expected);
+}
+
+/// Triangles that have been mixed up are sorted again.
+#[test]
+fn degradation() {
+    let Some(device) = device() else { return };
+    let mesh = gold_mesh("cup");
+    let vertices = mesh.vertices().to_vec();
+    let mut collider = Collider::new(device, mesh).unwrap();
+    assert_eq!(collider.degradation().unwrap(), 1.0);
+    // A common motion and stretching change little.
+    let stretched = vertices
+        .iter()
+        .map(|v| *v * Vec3::new(1.0, 1.0, 2.0) + Vec3::ONE);
+    collider.set_vertices(stretched.collect()).unwrap();
+    assert!((0.7..1.4).contains(&collider.degradation().unwrap()));
+    let mut mixed = vertices.clone();
+    let mut random = Random::new(9);
+    for i in (1..mixed.len()).rev() {
+        mixed.swap(i, random.int(0, i as i64) as usize);
+    }
+    collider.set_vertices(mixed).unwrap();
+    assert!(collider.degradation().unwrap() > 1.5);
+    collider.set_vertices(vertices).unwrap();
+    assert!((collider.degradation().unwrap() - 1.0).abs() < 1e-6);
+    collider.rebuild().unwrap();
+    assert_eq!(collider.degradation().unwrap(), 1.0);
+    let one = soup(1, |_| [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(
+        Collider::new(device, one).unwrap().degradation().unwrap(),
+        1.0
+    );
 }
