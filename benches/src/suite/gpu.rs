@@ -69,6 +69,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("failed_stage", stages::failed_stage),
     check("collision_gold", collision::gold),
     check("collision_hard", collision::hard),
+    check("collision_nearly_touching", collision::nearly_touching),
     check("collision_large", collision::large),
     check("collision_queues_grow", collision::queues_grow),
     check("collision_moved", collision::moved),

@@ -133,6 +133,39 @@ pub(super) fn hard(device: &Device) -> Outcome {
     Ok(figures)
 }
 
+/// Triangles of which a corner is a rounding away from a triangle of the other mesh, or an edge from an edge.
+pub(super) fn nearly_touching(device: &Device) -> Outcome {
+    let mut rng = Rand32::new(7);
+    let mut figures = Vec::new();
+    let count = if is_software(device) { 200 } else { 2000 };
+    for far in [0.0, 0.3, 20.0_f32] {
+        let posed = if far > 0.0 {
+            pose(&mut rng, far)
+        } else {
+            Pose::IDENTITY
+        };
+        let a = soup(count, || [(); 3].map(|()| point(&mut rng)))?;
+        let mut index = 0;
+        let b = soup(2 * count, || {
+            let [p, q, r] = a.triangle(index / 2).map(|v| v.as_dvec3());
+            let (u, v) = (f64::from(rng.rand_float()), f64::from(rng.rand_float()));
+            let [along, aside] = [(); 2].map(|()| point(&mut rng).as_dvec3());
+            let corners = if index % 2 == 0 {
+                let inside = p + (q - p) * u * 0.5 + (r - p) * v * 0.5;
+                [inside, inside + along, aside]
+            } else {
+                let edge = p + (q - p) * u;
+                [edge - along * v, edge + along * (1.1 - v), edge + aside]
+            };
+            index += 1;
+            corners.map(|p| posed.inverse().transform_point(p).as_vec3())
+        })?;
+        let name = format!("nearly touching, {far} away");
+        figures.extend(compare(device, &name, [&a, &b], posed)?);
+    }
+    Ok(figures)
+}
+
 /// Spheres crossing in a ring, up to ten million triangles.
 pub(super) fn large(device: &Device) -> Outcome {
     let sizes: &[(usize, usize)] = if is_software(device) {

@@ -12,13 +12,14 @@ use crate::support::{Random, cuboid, exploded, gold_mesh, step_f32};
 /// The device of all tests.
 pub(crate) fn device() -> Option<&'static Device> {
     static DEVICE: OnceLock<Option<Device>> = OnceLock::new();
-    let open = || match Device::auto() {
-        Ok(device) => Some(device),
-        Err(error) if std::env::var_os("CI").is_none() => {
-            eprintln!("nothing is tested on a GPU: {error}");
-            None
+    let open = || {
+        let opened = Device::auto();
+        if std::env::var_os("CI").is_some() {
+            return Some(opened.unwrap());
         }
-        Err(error) => panic!("{error}"),
+        opened
+            .inspect_err(|error| eprintln!("nothing is tested on a GPU: {error}"))
+            .ok()
     };
     DEVICE.get_or_init(open).as_ref()
 }
