@@ -248,11 +248,13 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 44] = [
+const METHODS: [&str; 46] = [
     "aba",
+    "aba-refined",
     "build",
     "crba",
     "dca",
+    "dca-refined",
     "rnea",
     "step",
     "exact",

@@ -17,6 +17,7 @@ pub mod model;
 pub mod published;
 pub mod queries;
 pub mod reference;
+mod refined;
 pub mod scaling;
 pub mod separating_axes;
 pub mod tableware;

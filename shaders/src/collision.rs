@@ -184,6 +184,7 @@ impl Answer {
 }
 
 const MESH: &str = include_str!("../wgsl/collision/mesh.wgsl");
+const TREE: &str = include_str!("../wgsl/collision/tree.wgsl");
 const QUEUE: &str = include_str!("../wgsl/collision/queue.wgsl");
 const BOX_POSE: &str = include_str!("../wgsl/collision/box_pose.wgsl");
 const JOB_OF: &str = include_str!("../wgsl/collision/job_of.wgsl");
@@ -234,6 +235,7 @@ pub const TREE_PAIRS: Kernel = Kernel::new(
     "tree_pairs",
     &[
         include_str!("../wgsl/collision/tree_pairs.wgsl"),
+        TREE,
         QUEUE,
         JOB_OF,
         BOX_POSE,
@@ -401,6 +403,19 @@ pub const ARRANGE: Kernel = Kernel::new(
     [256, 1, 1],
 );
 
+/// How well a tree sorts out, node by node.
+pub const QUALITY: Kernel = Kernel::new(
+    "quality",
+    &[include_str!("../wgsl/collision/quality.wgsl"), TREE, MESH],
+    &[
+        Binding::uniform::<Tree>("tree"),
+        Binding::read::<[f32; 4]>("boxes"),
+        Binding::read_write::<f32>("entered"),
+        Binding::read_write::<f32>("counted"),
+    ],
+    [256, 1, 1],
+);
+
 /// Every kernel as it can be dispatched, with what it is.
 pub(crate) fn kernels() -> Vec<(String, Kernel)> {
     let plain = [
@@ -411,6 +426,7 @@ pub(crate) fn kernels() -> Vec<(String, Kernel)> {
         FIT_NODES,
         MORTON,
         ARRANGE,
+        QUALITY,
     ];
     let mut kernels: Vec<_> = plain
         .into_iter()

@@ -33,6 +33,8 @@ pub struct Sizes {
     pub rakes: u32,
     /// 1 if bodies carry others' paths, else 0.
     pub carriers: u32,
+    /// 1 if every joint has one freedom, else 0.
+    pub single: u32,
     /// First word of the tables of chunks.
     pub chunk_words: u32,
     /// First word of the tables of joins.

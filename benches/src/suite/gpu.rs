@@ -80,9 +80,13 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_overflow", dynamics::overflow),
     check("collision_gold", collision::gold),
     check("collision_hard", collision::hard),
+    check("collision_nearly_touching", collision::nearly_touching),
     check("collision_large", collision::large),
     check("collision_queues_grow", collision::queues_grow),
     check("collision_moved", collision::moved),
+    check("collision_itself", collision::itself),
+    check("collision_together", collision::together),
+    check("collision_moller", collision::moller),
 ];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {

@@ -37,6 +37,7 @@ mod error;
 mod job;
 mod links;
 mod matrix;
+mod quality;
 mod query;
 mod search;
 mod self_query;

@@ -87,6 +87,18 @@ pub enum Error {
         /// Time of the state \[s\].
         time: f64,
     },
+    /// An implicit step whose equations are not solved.
+    #[error(
+        "a step of {step} s is too long for the implicit midpoint rule: {iterations} iterations left a change of {change:.0e}; take smaller steps"
+    )]
+    NotConverged {
+        /// Length of the step \[s\].
+        step: f64,
+        /// Iterations made.
+        iterations: u32,
+        /// Change of the rates by the last one, as part of the largest rate.
+        change: f64,
+    },
     /// A tolerance that no method meets here.
     #[error(
         "a relative error of {tolerance:e} was asked for, and the best method reached {error:.0e} (residual {residual:.0e}): accept more, or make the model's masses and lengths less uneven"

@@ -2,16 +2,18 @@
 
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
+use glam::{DMat3, DVec3};
 use std::sync::OnceLock;
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
-use vertebra_assembly::{Model, Random, State};
+use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::gpu::{Options, Simulation};
 use vertebra_dynamics::{
     DcaOptions, DcaWorkspace, Error, Forces, Integrator, Precision, Workspace, Wrench, aba, dca,
     forward_error,
 };
 use vertebra_gpu::Device;
+use vertebra_spatial::Pose;
 
 /// Chunks and joins: the three choices there are.
 const PRECISIONS: [(Precision, Precision); 3] = [
@@ -334,4 +336,55 @@ fn precisions() {
     let mut simulation = Simulation::on(&plain, &model, &Options::default()).unwrap();
     assert_eq!(simulation.precisions(), (Precision::F32, Precision::F32));
     simulation.step(1e-3).unwrap();
+}
+
+/// A hub without inertia to speak of, from which chains hang by joints about the hub's own axis: they
+/// leave it nothing, and what rounding of the joins leaves is not taken for an inertia.
+#[test]
+fn singular_joints_are_named() {
+    let bare = MassProperties {
+        mass: 1e-9,
+        center: DVec3::ZERO,
+        inertia: DMat3::from_diagonal(DVec3::splat(1e-17)),
+    };
+    let tip = Pose::from_translation(DVec3::Z);
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
+    let frame = Joint::revolute(DVec3::Y);
+    let hub = Joint::revolute(DVec3::X).at(tip);
+    let mut description = ModelDescription::new("hub")
+        .body("frame", None, frame, rod)
+        .body("hub", Some("frame"), hub, bare);
+    let mut random = Random::new(4);
+    for chain in 0..3 {
+        let mut parent = "hub".to_owned();
+        for index in 0..20 {
+            let name = format!("rod-{chain}-{index}");
+            let joint = match index {
+                0 => Joint::revolute(DVec3::X),
+                _ => Joint::revolute(random.direction()).at(tip),
+            };
+            description = description.body(&name, Some(&parent), joint, rod);
+            parent = name;
+        }
+    }
+    let model = description.build().unwrap();
+    for (chunks, tree) in PRECISIONS {
+        let options = options(chunks, tree, 8);
+        let mut simulation = Simulation::on(&device(), &model, &options).unwrap();
+        simulation.set_state(&State::random(&model, 5)).unwrap();
+        let named = Error::SingularJoint {
+            body: "hub".to_owned(),
+        };
+        assert_eq!(
+            simulation.accelerations(),
+            Err(named.clone()),
+            "{chunks} {tree}"
+        );
+        let step = Error::Step {
+            step: 0,
+            count: 1,
+            source: Box::new(named),
+        };
+        assert_eq!(simulation.step(1e-3), Err(step));
+    }
 }

@@ -72,6 +72,66 @@ fn side(plane: Plane, w: vec3<f32>, w_error: f32) -> i32 {
     return select(0, 1, value > bound) - select(0, 1, value < -bound);
 }
 
+// The sign of (q - p) x (r - p), or 0 if it is not certain, for points off by at most half of `error` in each
+// coordinate: as for `side`, with fewer roundings.
+fn turn(p: vec2<f32>, q: vec2<f32>, r: vec2<f32>, unit: f32, error: f32) -> i32 {
+    let u = (q - p) * unit;
+    let v = (r - p) * unit;
+    let left = u.x * v.y;
+    let right = u.y * v.x;
+    let bound = RELATIVE * (abs(left) + abs(right))
+        + error * (abs(u.x) + abs(u.y) + abs(v.x) + abs(v.y) + 4.0 * error)
+        + UNDERFLOW;
+    return select(0, 1, left - right > bound) - select(0, 1, left - right < -bound);
+}
+
+// The axis along which a normal is longest.
+fn longest_axis(normal: vec3<f32>) -> u32 {
+    let size = abs(normal);
+    let axis = select(0u, 1u, size.y > size.x);
+    return select(axis, 2u, size.z > max(size.x, size.y));
+}
+
+// A point, projected along an axis.
+fn flat(p: vec3<f32>, axis: u32) -> vec2<f32> {
+    if axis == 0u {
+        return p.yz;
+    }
+    if axis == 1u {
+        return p.zx;
+    }
+    return p.xy;
+}
+
+// Whether a triangle of a plane lies strictly beyond the edge of another from p to q, whose third corner is r.
+fn beyond(
+    p: vec2<f32>,
+    q: vec2<f32>,
+    r: vec2<f32>,
+    other: array<vec2<f32>, 3>,
+    unit: f32,
+    error: f32,
+) -> bool {
+    let outside = -turn(p, q, r, unit, error);
+    return outside != 0
+        && turn(p, q, other[0], unit, error) == outside
+        && turn(p, q, other[1], unit, error) == outside
+        && turn(p, q, other[2], unit, error) == outside;
+}
+
+// Whether two triangles are certain to be apart because their shadows along an axis are: for those that are
+// in one plane, or nearly.
+fn shadows_apart(a: Corners, b: Corners, axis: u32, unit: f32, error: f32) -> bool {
+    let s = array<vec2<f32>, 3>(flat(a.p, axis), flat(a.q, axis), flat(a.r, axis));
+    let t = array<vec2<f32>, 3>(flat(b.p, axis), flat(b.q, axis), flat(b.r, axis));
+    return beyond(s[0], s[1], s[2], t, unit, error)
+        || beyond(s[1], s[2], s[0], t, unit, error)
+        || beyond(s[2], s[0], s[1], t, unit, error)
+        || beyond(t[0], t[1], t[2], s, unit, error)
+        || beyond(t[1], t[2], t[0], s, unit, error)
+        || beyond(t[2], t[0], t[1], s, unit, error);
+}
+
 // The power of two that brings a normal number into [1, 2).
 fn to_unit(size: f32) -> f32 {
     return bitcast<f32>(0x7f000000u - (bitcast<u32>(size) & 0x7f800000u));
@@ -126,14 +186,16 @@ fn decide(a: Corners, b: Posed) -> u32 {
         return MISS;
     }
     if any(sides_a == vec3<i32>(0)) || any(sides_b == vec3<i32>(0)) {
-        return OPEN;
+        let longer = dot(plane_b.normal, plane_b.normal) > dot(plane_a.normal, plane_a.normal);
+        let axis = longest_axis(select(plane_a.normal, plane_b.normal, longer));
+        return select(OPEN, MISS, shadows_apart(a, b.corners, axis, unit, 2.0 * error));
     }
     // Each has one corner, its hub, on one side of the other's plane and two on the other: the ends of
     // its part of the line are on the edges from the hub. Of det(x, w, z), with the edges x and z from
     // hub to end and w from hub to hub, the host's `exact.rs` says why its sign is their order.
     let hub_a = from_hub(a, sides_a);
     let hub_b = from_hub(b.corners, sides_b);
-    let edges = from_hub(Corners(vec3<f32>(0.0), b.to_q, b.to_r), sides_b);
+    let edges: Corners = from_hub(Corners(vec3<f32>(0.0), b.to_q, b.to_r), sides_b);
     let positive_a = hub_is_positive(sides_a);
     let positive_b = hub_is_positive(sides_b);
     let w = (hub_b.p - hub_a.p) * unit;

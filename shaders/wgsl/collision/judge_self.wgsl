@@ -52,30 +52,6 @@ fn own_first(t: Corners, own: vec3<bool>) -> Corners {
     return t;
 }
 
-fn flat(p: vec3<f32>, axis: u32) -> vec2<f32> {
-    if axis == 0u {
-        return p.yz;
-    }
-    if axis == 1u {
-        return p.zx;
-    }
-    return p.xy;
-}
-
-// The sign of (q - p) x (r - p), or 0 if it is not certain: as for `side`, with two products of three
-// roundings each and one more.
-fn turn(p: vec2<f32>, q: vec2<f32>, r: vec2<f32>, unit: f32) -> i32 {
-    let u = (q - p) * unit;
-    let v = (r - p) * unit;
-    let left = u.x * v.y;
-    let right = u.y * v.x;
-    let error = FLUSH * unit;
-    let bound = RELATIVE * (abs(left) + abs(right))
-        + error * (abs(u.x) + abs(u.y) + abs(v.x) + abs(v.y) + 4.0 * error)
-        + UNDERFLOW;
-    return select(0, 1, left - right > bound) - select(0, 1, left - right < -bound);
-}
-
 // Whether those corners of a triangle that are its own lie strictly on one side of the other's plane.
 fn on_one_side(t: Corners, other: Corners, count: u32, unit: f32) -> bool {
     let error = FLUSH * unit;
@@ -87,28 +63,31 @@ fn on_one_side(t: Corners, other: Corners, count: u32, unit: f32) -> bool {
 
 // Whether the line of the common side has the own corners strictly on either side.
 fn apart_across(a: Corners, b: Corners, axis: u32, unit: f32) -> bool {
+    let error = FLUSH * unit;
     let start = flat(a.q, axis);
     let end = flat(a.r, axis);
-    return turn(start, end, flat(a.p, axis), unit) * turn(start, end, flat(b.p, axis), unit) < 0;
+    return turn(start, end, flat(a.p, axis), unit, error)
+        * turn(start, end, flat(b.p, axis), unit, error) < 0;
 }
 
 // Whether the angles at the common corner share nothing else: if two angles below a half turn do, then a
 // side of one lies in the other.
 fn apart_around(a: Corners, b: Corners, axis: u32, unit: f32) -> bool {
+    let error = FLUSH * unit;
     let corner = flat(a.r, axis);
     let a_p = flat(a.p, axis);
     let a_q = flat(a.q, axis);
     let b_p = flat(b.p, axis);
     let b_q = flat(b.q, axis);
-    let within_a = turn(a_p, a_q, corner, unit);
-    let within_b = turn(b_p, b_q, corner, unit);
+    let within_a = turn(a_p, a_q, corner, unit, error);
+    let within_b = turn(b_p, b_q, corner, unit, error);
     if within_a == 0 || within_b == 0 {
         return false;
     }
-    let pp = turn(a_p, b_p, corner, unit);
-    let pq = turn(a_p, b_q, corner, unit);
-    let qp = turn(a_q, b_p, corner, unit);
-    let qq = turn(a_q, b_q, corner, unit);
+    let pp = turn(a_p, b_p, corner, unit, error);
+    let pq = turn(a_p, b_q, corner, unit, error);
+    let qp = turn(a_q, b_p, corner, unit, error);
+    let qq = turn(a_q, b_q, corner, unit, error);
     return (pp == -within_a || qp == within_a) && (pq == -within_a || qq == within_a)
         && (pp == within_b || pq == -within_b) && (qp == within_b || qq == -within_b);
 }
@@ -136,9 +115,7 @@ fn judge(entry: u32, a: u32, b: u32, corners: Corners, posed: Posed) -> u32 {
     if on_one_side(first, second, count, unit) || on_one_side(second, first, count, unit) {
         return MISS;
     }
-    let normal = abs(cross((first.q - first.p) * unit, (first.r - first.p) * unit));
-    var axis = select(0u, 1u, normal.y > normal.x);
-    axis = select(axis, 2u, normal.z > max(normal.x, normal.y));
+    let axis = longest_axis(cross((first.q - first.p) * unit, (first.r - first.p) * unit));
     if count == 1u {
         return select(OPEN, MISS, apart_across(first, second, axis, unit));
     }

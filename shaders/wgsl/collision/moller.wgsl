@@ -52,11 +52,11 @@ fn planed(p: vec3<f32>, q: vec3<f32>, r: vec3<f32>, name: u32) -> Planed {
     return Planed(array<vec3<f32>, 3>(p, q, r), normal, -dot(normal, p), name);
 }
 
-fn distances(to: Planed, of: Planed) -> vec3<f32> {
+fn distances(base: Planed, other: Planed) -> vec3<f32> {
     let computed = vec3<f32>(
-        dot(to.normal, of.corners[0]) + to.offset,
-        dot(to.normal, of.corners[1]) + to.offset,
-        dot(to.normal, of.corners[2]) + to.offset,
+        dot(base.normal, other.corners[0]) + base.offset,
+        dot(base.normal, other.corners[1]) + base.offset,
+        dot(base.normal, other.corners[2]) + base.offset,
     );
     return select(computed, vec3<f32>(0.0), abs(computed) < vec3<f32>(tolerance.epsilon));
 }
@@ -71,10 +71,11 @@ fn largest_component(v: vec3<f32>) -> u32 {
     return select(first, 2u, size.z > max(size.x, size.y));
 }
 
-// x / y, exact where that is a number: drivers may be off by a few units, of which the remainder tells.
+// x / y, exact where that is a number of few bits: drivers may be off by a few units.
 fn quotient(x: f32, y: f32) -> f32 {
     let near = x / y;
-    return near - fma(near, y, -x) / y;
+    let few = bitcast<f32>((bitcast<u32>(near) + 0x800u) & 0xfffff000u);
+    return select(near, few, few * y == x);
 }
 
 fn cut(at: vec3<f32>, d: vec3<f32>, alone: u32, other: u32) -> f32 {
@@ -189,7 +190,7 @@ fn main(
     let place = number - job.first_group;
     let row = place % tiles_a * LANES + lane;
     let column = place / tiles_a * COLUMNS;
-    var mine = planed(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), NONE);
+    var mine: Planed = planed(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), NONE);
     if row < WIDTH * job.a_blocks {
         let leaf = leaves_a[WIDTH * job.a_first + row];
         mine = planed(point_a(leaf.x), point_a(leaf.y), point_a(leaf.z), leaf.w);

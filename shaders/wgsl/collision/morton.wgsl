@@ -48,7 +48,7 @@ fn main(
     let leaf = triangles[i];
     let bounds = around(position(leaf.x), position(leaf.y), position(leaf.z));
     let center: vec3<f32> = 0.5 * (bounds.low + bounds.high) - low;
-    let cells = clamp(center / longest, vec3<f32>(0.0), vec3<f32>(1.0)) * 1023.0;
+    let cells: vec3<f32> = clamp(center / longest, vec3<f32>(0.0), vec3<f32>(1.0)) * 1023.0;
     let cell = vec3<u32>(cells);
     keys[i] = (spread(cell.x) << 2u) | (spread(cell.y) << 1u) | spread(cell.z);
     values[i] = i;

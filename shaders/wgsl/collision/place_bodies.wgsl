@@ -51,11 +51,11 @@ fn main(
     }
     let a = jobs[i].a_pose;
     let b = jobs[i].b_pose;
-    let back = quaternion(a) * vec4<f32>(-1.0, -1.0, -1.0, 1.0);
-    let to = quaternion(b);
+    let back: vec4<f32> = quaternion(a) * vec4<f32>(-1.0, -1.0, -1.0, 1.0);
+    let onward = quaternion(b);
     let turn = vec4<f32>(
-        back.w * to.xyz + to.w * back.xyz + cross(back.xyz, to.xyz),
-        back.w * to.w - dot(back.xyz, to.xyz),
+        back.w * onward.xyz + onward.w * back.xyz + cross(back.xyz, onward.xyz),
+        back.w * onward.w - dot(back.xyz, onward.xyz),
     );
     let rows = matrix_rows(turn);
     let inverse = matrix_rows(back);

@@ -4,16 +4,8 @@
 // of node k of a level are the nodes 8 k .. 8 k + 8 of the level below, and level 0 is the blocks. What is
 // left to be looked at is a byte a level.
 
-const LEVELS: u32 = 12u;
 // More steps than any descent takes.
 const STEPS: u32 = 0xffffffffu;
-
-struct Tree {
-    // The level of the root.
-    top: u32,
-    // Where each level begins, and how many nodes it has.
-    levels: array<vec4<u32>, LEVELS>,
-}
 
 @group(0) @binding(6) var<uniform> tree: Tree;
 

@@ -344,6 +344,12 @@ fn get_inverse(index: u32) -> Inverse {
 fn assemble_chunk(chunk: u32) {
     let slots = slots_of(chunk);
     let ends = chunk_word(chunk, ENDS);
+    // What is needed later, so that it is there by then.
+    let cut = chunk_word(chunk, INBOARD);
+    let inner = chunk_word(chunk, INNER);
+    let leaf = chunk_word(chunk, LEAF);
+    let rake = chunk_word(chunk, RAKE);
+    let index = chunk_word(chunk, NODE);
     let is_inner = (ends & FROM_CUT) != 0u;
     let last_share: real = select(real(1.0), real(0.5), (ends & IS_HALVED) != 0u);
     var part = Interior(
@@ -393,7 +399,6 @@ fn assemble_chunk(chunk: u32) {
     }
     var node = Node(part.inertia, part.tip, part.compliance, part.bias, part.drift);
     if is_inner {
-        let cut = chunk_word(chunk, INBOARD);
         // Not as it is placed, which another lane may be about to do.
         let start = under_chunk(chunk);
         let placed = Placed(start.rotation, start.spin, zero3(), motion_zero());
@@ -410,16 +415,14 @@ fn assemble_chunk(chunk: u32) {
         node.phi22 = inertia_add(part.compliance, gram6(inverse.far));
         node.b1 = force_scaled(matrix6_transpose_mul(own, inverse.bias), -1.0);
         node.b2 = force_sub(part.drift, matrix6_transpose_mul(inverse.far, inverse.bias));
-        put_inverse(chunk_word(chunk, INNER), inverse);
+        put_inverse(inner, inverse);
     }
     if (ends & TO_LEAF) != 0u {
-        node = with_leaf(!is_inner, node, slot_at(slots, length), last_share, chunk_word(chunk, LEAF));
+        node = with_leaf(!is_inner, node, slot_at(slots, length), last_share, leaf);
     }
-    let rake = chunk_word(chunk, RAKE);
     if rake != NONE {
         put_rake(rake, Rake(node.phi11, node.b1, part.carried), 1.0);
     }
-    let index = chunk_word(chunk, NODE);
     if index != NONE {
         put_node(index, node);
     }

@@ -17,6 +17,8 @@ struct Sizes {
     rakes: u32,
     // Whether bodies carry others' paths.
     carriers: u32,
+    // Whether every joint has one freedom: numbers of slots are then those of positions and rates.
+    single: u32,
     // First words of the tables of chunks, joins, sums and rakes.
     chunk_words: u32,
     join_words: u32,
@@ -79,8 +81,21 @@ const AT_CENTER = 8u;
 const CARRIES = 16u;
 
 fn flags_of(slot: u32) -> u32 { return words[slot]; }
-fn position_of(slot: u32) -> u32 { return words[sizes.slots + slot]; }
-fn dof_of(slot: u32) -> u32 { return words[2u * sizes.slots + slot]; }
+
+fn position_of(slot: u32) -> u32 {
+    if sizes.single != 0u {
+        return slot;
+    }
+    return words[sizes.slots + slot];
+}
+
+fn dof_of(slot: u32) -> u32 {
+    if sizes.single != 0u {
+        return slot;
+    }
+    return words[2u * sizes.slots + slot];
+}
+
 fn body_of(slot: u32) -> u32 { return words[3u * sizes.slots + slot]; }
 fn rake_onto(slot: u32, which: u32) -> u32 { return words[(4u + which) * sizes.slots + slot]; }
 

@@ -74,16 +74,25 @@ fn join_parts(join: u32, has_join: bool, lane: u32) {
     let place = lane / TEAM;
     let own = lane % TEAM;
     let first = NODE_NUMBERS * place;
+    // What is needed later, so that it is there by then.
+    let head = join_word(join, HEAD);
+    let rake = join_word(join, JOIN_RAKE);
+    let cut = join_word(join, CUT);
     if has_join {
         let a = node_at(join_word(join, INBOARD_NODE));
         let b = node_at(join_word(join, OUTBOARD_NODE));
         for (var i = own; i < NODE_SIZE; i += TEAM) {
             let v = vec4<real>(nodes[a + i]);
             let w = vec4<real>(nodes[b + i]);
-            for (var k = 0u; k < 4u; k++) {
-                inboard_node[first + 4u * i + k] = v[k];
-                outboard_node[first + 4u * i + k] = w[k];
-            }
+            let to = first + 4u * i;
+            inboard_node[to] = v.x;
+            inboard_node[to + 1u] = v.y;
+            inboard_node[to + 2u] = v.z;
+            inboard_node[to + 3u] = v.w;
+            outboard_node[to] = w.x;
+            outboard_node[to + 1u] = w.y;
+            outboard_node[to + 2u] = w.z;
+            outboard_node[to + 3u] = w.w;
         }
     }
     workgroupBarrier();
@@ -122,8 +131,7 @@ fn join_parts(join: u32, has_join: bool, lane: u32) {
     }
     workgroupBarrier();
 
-    let is_head = has_join && join_word(join, HEAD) != NONE;
-    let sign: real = select(real(-1.0), real(1.0), is_head);
+    let sign: real = select(real(-1.0), real(1.0), head != NONE);
     if has_join && own < 6u {
         let bias: real = force_dot(y, column(first_column + BIAS));
         inboard_node[first + B1 + own] += sign * bias;
@@ -145,7 +153,7 @@ fn join_parts(join: u32, has_join: bool, lane: u32) {
         }
     } else if has_join && own == 12u {
         if !factor.positive {
-            fail(UNJOINED, join_word(join, CUT));
+            fail(UNJOINED, cut);
         }
         let at = joined_at(join) + FACTOR;
         let a = factor.angular;
@@ -178,7 +186,6 @@ fn join_parts(join: u32, has_join: bool, lane: u32) {
                 columns[at + 3u],
             );
         }
-        let rake = join_word(join, JOIN_RAKE);
         if rake != NONE && own == 0u {
             put_path_rake(rake, first);
         }
@@ -212,13 +219,19 @@ fn part_parts(join: u32, has_join: bool, lane: u32) {
     let first_column = COLUMNS * place;
     let first_rest = NODE_NUMBERS * place;
     var ends = Ends(force_zero(), force_zero());
+    var factor: Cholesky6;
     if has_join {
+        let at = joined_at(join);
         for (var i = own; i < FACTOR; i += TEAM) {
-            let v = vec4<real>(nodes[joined_at(join) + i]);
-            for (var k = 0u; k < 4u; k++) {
-                columns[first_column + 4u * i + k] = v[k];
-            }
+            let v = vec4<real>(nodes[at + i]);
+            let to = first_column + 4u * i;
+            columns[to] = v.x;
+            columns[to + 1u] = v.y;
+            columns[to + 2u] = v.z;
+            columns[to + 3u] = v.w;
         }
+        // Read by all, so that it is there when one needs it.
+        factor = get_factor(at + FACTOR);
         let parent = join_word(join, JOIN_PARENT);
         if parent != NONE {
             ends = handed(parent);
@@ -234,23 +247,25 @@ fn part_parts(join: u32, has_join: bool, lane: u32) {
     }
     workgroupBarrier();
     if has_join && own == 0u {
-        let at = joined_at(join) + FACTOR;
-        let a = vec4<real>(nodes[at]);
-        let b = vec4<real>(nodes[at + 1u]);
-        let c = vec4<real>(nodes[at + 2u]);
-        let d = vec4<real>(nodes[at + 3u]);
-        let e = vec4<real>(nodes[at + 4u]);
-        let f = vec4<real>(nodes[at + 5u]);
-        let factor = Cholesky6(
-            Cholesky3(a.xyz, vec3<real>(a.w, b.xy), true),
-            mat3x3<real>(d.xyz, vec3<real>(d.w, e.xy), vec3<real>(e.zw, f.x)),
-            Cholesky3(vec3<real>(b.zw, c.x), c.yzw, true),
-            true,
-        );
         let rest = Force(inboard3(first_rest), inboard3(first_rest + 3u));
         put_acting(join, ends, upper6(factor, rest));
     }
     workgroupBarrier();
+}
+
+fn get_factor(at: u32) -> Cholesky6 {
+    let a = vec4<real>(nodes[at]);
+    let b = vec4<real>(nodes[at + 1u]);
+    let c = vec4<real>(nodes[at + 2u]);
+    let d = vec4<real>(nodes[at + 3u]);
+    let e = vec4<real>(nodes[at + 4u]);
+    let f = vec4<real>(nodes[at + 5u]);
+    return Cholesky6(
+        Cholesky3(a.xyz, vec3<real>(a.w, b.xy), true),
+        mat3x3<real>(d.xyz, vec3<real>(d.w, e.xy), vec3<real>(e.zw, f.x)),
+        Cholesky3(vec3<real>(b.zw, c.x), c.yzw, true),
+        true,
+    );
 }
 
 // A row of six columns times a vector.

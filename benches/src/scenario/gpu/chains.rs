@@ -8,8 +8,8 @@ use crate::scenario::model::Subject;
 use crate::scenario::{Measurement, Selection};
 use crate::suite::{relative_error, worst_of};
 use std::time::Instant;
-use vertebra::generate::{self, Rod};
 use vertebra::dynamics::gpu::{Options, Simulation};
+use vertebra::generate::{self, Rod};
 use vertebra::{
     DcaOptions, DcaWorkspace, Forces, Model, Precision, State, Workspace, aba, dca, schedule,
 };
@@ -29,7 +29,7 @@ const SEEDS: u64 = 24;
 const SEEDED: [usize; 2] = [128, 2048];
 
 /// Joints of a chunk that are compared.
-const WINDOWS: [usize; 4] = [4, 6, 12, 16];
+const WINDOWS: [usize; 5] = [2, 4, 8, 12, 16];
 
 /// Chunks and joins.
 const PRECISIONS: [(Precision, Precision); 3] = [
@@ -279,7 +279,7 @@ impl Chain<'_> {
             let options = DcaOptions {
                 chunks: chunks.unwrap_or_default(),
                 tree: tree.unwrap_or_default(),
-                schedule: Some(schedule::ScheduleOptions::with_window(8)),
+                schedule: Some(schedule::ScheduleOptions::with_window(4)),
                 parallel: false,
             };
             let mut workspace = DcaWorkspace::new(&model, &options)?;

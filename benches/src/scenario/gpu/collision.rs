@@ -1,5 +1,7 @@
 //! Triangle collision on the device: the source's pairs of meshes, and spheres that cross in a ring.
 
+mod together;
+
 use super::{Meter, sample};
 use crate::measure::Timing;
 use crate::row::Row;
@@ -9,7 +11,7 @@ use anyhow::Context;
 use std::time::Instant;
 use vertebra::collision::gpu::{Collider, Query, Statistics};
 use vertebra::glam::{DQuat, DVec3, Vec3};
-use vertebra::{Culling, Pose, TriangleMesh};
+use vertebra::{Culling, Method, Pose, TriangleMesh};
 use vertebra_gpu::wgpu::{DeviceType, Features};
 use vertebra_gpu::{Binding, Device, Kernel, Recording, workgroups};
 
@@ -20,7 +22,7 @@ type Run = fn(&Device, &Meter, &meshes::Subject, &str, Culling) -> anyhow::Resul
 type SpheresRun = fn(&Device, &Meter, (usize, usize)) -> anyhow::Result<Option<Row>>;
 
 /// The rows over the source's meshes.
-const ROWS: [(&str, Culling, Run); 10] = [
+const ROWS: [(&str, Culling, Run); 11] = [
     ("collision-pairs", Culling::Auto, pairs),
     ("collision-pairs-all", Culling::AllPairs, pairs),
     ("collision-pairs-tree", Culling::Bvh, pairs),
@@ -31,13 +33,18 @@ const ROWS: [(&str, Culling, Run); 10] = [
     ("collision-mask", Culling::Auto, mask),
     ("collision-device-all", Culling::AllPairs, on_device),
     ("collision-device-tree", Culling::Bvh, on_device),
+    ("collision-moller", Culling::AllPairs, moller),
 ];
 
 /// Steps around and down the spheres: 1e3 to 1e7 triangles of both.
 const STEPS: [(usize, usize); 5] = [(23, 12), (71, 36), (224, 113), (708, 354), (2236, 1119)];
 
-/// Triangles of both spheres that a processor is asked about at most.
+/// Triangles of both spheres that a processor is asked about at most, and a device in a quick run.
 const SOFTWARE_LIMIT: usize = 20_000;
+const QUICK_LIMIT: usize = 2_500_000;
+
+/// Triangles of both spheres that are held against each other without a tree at most.
+const ALL_PAIRS_LIMIT: usize = 1_100_000;
 
 /// Where the second sphere stands, 1.5 radii away and along no axis \[m].
 const ASIDE: Vec3 = Vec3::new(0.37, 0.61, 1.32);
@@ -60,21 +67,48 @@ pub(super) fn measurements<'a>(
             }
         }
     }
-    let kinds: [(&str, SpheresRun); 3] = [
+    let kinds: [(&str, SpheresRun); 4] = [
         ("collision-refit-pairs", refitted),
-        ("collision-spheres-device", spheres_on_device),
+        ("collision-spheres-tree", |device, meter, steps| {
+            spheres_on_device(
+                device,
+                meter,
+                steps,
+                ("collision-spheres-tree", Culling::Bvh),
+            )
+        }),
+        ("collision-spheres-all", |device, meter, steps| {
+            spheres_on_device(
+                device,
+                meter,
+                steps,
+                ("collision-spheres-all", Culling::AllPairs),
+            )
+        }),
         ("collision-build", build),
     ];
     for (around, down) in STEPS {
         let triangles = 4 * around * (down - 1);
-        let short = software || selection.quick;
+        let most = match (software, selection.quick) {
+            (true, _) => SOFTWARE_LIMIT,
+            (false, true) => QUICK_LIMIT,
+            (false, false) => usize::MAX,
+        };
         for (name, run) in kinds {
-            if selection.wants(name) && !(short && triangles > SOFTWARE_LIMIT) {
+            let slow = name == "collision-spheres-all" && triangles > ALL_PAIRS_LIMIT;
+            if selection.wants(name) && triangles <= most && !slow {
                 let label = format!("gpu crossing spheres of {triangles}: {name}");
                 list.push(Measurement::new(label, move |meter| {
                     run(device, meter, (around, down))
                 }));
             }
+        }
+    }
+    for (name, run) in together::ROWS {
+        if selection.wants(name) {
+            list.push(Measurement::new(format!("gpu {name}"), move |meter| {
+                run(device, meter, software)
+            }));
         }
     }
     list
@@ -304,6 +338,32 @@ fn mask(
     Ok(row(device, names, size, timing, (hits, wrong), note))
 }
 
+/// The source's test, every triangle against every other, on the device alone.
+fn moller(
+    device: &Device,
+    meter: &Meter,
+    subject: &meshes::Subject,
+    method: &str,
+    culling: Culling,
+) -> anyhow::Result<Option<Row>> {
+    let (_meshes, query) = query(device, subject, culling)?;
+    let query = query.method(Method::MOLLER)?;
+    let found = query.pairs()?;
+    let wrong = wrong_pairs(&found, subject.reference()?);
+    let on_cpu = subject.query()?.method(Method::MOLLER).threads(0).pairs()?;
+    let (only_here, only_there) = wrong_pairs(&found, &on_cpu);
+    let time = || query.statistics().map(|statistics| statistics.gpu_time);
+    let timing = match time()? {
+        Some(_) => sample(meter, || time()?.context("the device takes times"))?,
+        None => timed(meter, || Ok(query.pairs()?))?,
+    };
+    let names = (subject.scenario.as_str(), method);
+    let size = (subject.size(), "triangle pairs");
+    let hits = (found.len() as u64, wrong);
+    let note = format!("{only_here} pairs that the CPU's has not, and {only_there} fewer");
+    Ok(row(device, names, size, timing, hits, note))
+}
+
 /// The test alone: from the first dispatch to the end of the last.
 fn on_device(
     device: &Device,
@@ -381,11 +441,15 @@ struct Spheres {
 }
 
 impl Spheres {
-    fn new(device: &Device, (around, down): (usize, usize)) -> anyhow::Result<Self> {
+    fn new(
+        device: &Device,
+        (around, down): (usize, usize),
+        culling: Culling,
+    ) -> anyhow::Result<Self> {
         let sphere = tableware::uv_sphere(around, down)?;
         let a = Collider::new(device, sphere.clone())?;
         let b = Collider::new(device, sphere.clone())?;
-        let query = Query::new(&a, &b)?.culling(Culling::Auto);
+        let query = Query::new(&a, &b)?.culling(culling);
         let mut recording = Recording::new("shift");
         let by = recording.buffer::<[u32; 4]>("by", 1);
         let base = recording.shared::<f32>("base", a.vertices().len());
@@ -434,7 +498,7 @@ fn by(step: u32) -> Vec3 {
 
 /// Positions written on the device, boxes fitted, the sorted list on the host.
 fn refitted(device: &Device, meter: &Meter, steps: (usize, usize)) -> anyhow::Result<Option<Row>> {
-    let mut spheres = Spheres::new(device, steps)?;
+    let mut spheres = Spheres::new(device, steps, Culling::Auto)?;
     spheres.write(ASIDE)?;
     let found = spheres.query.pairs()?;
     let wrong = wrong_pairs(&found, &spheres.exact(ASIDE)?);
@@ -455,11 +519,12 @@ fn spheres_on_device(
     device: &Device,
     meter: &Meter,
     steps: (usize, usize),
+    (method, culling): (&str, Culling),
 ) -> anyhow::Result<Option<Row>> {
     if !device.features().contains(Features::TIMESTAMP_QUERY) {
         return Ok(None);
     }
-    let mut spheres = Spheres::new(device, steps)?;
+    let mut spheres = Spheres::new(device, steps, culling)?;
     spheres.write(ASIDE)?;
     let found = spheres.query.pairs()?;
     let wrong = wrong_pairs(&found, &spheres.exact(ASIDE)?);
@@ -468,7 +533,7 @@ fn spheres_on_device(
         let time = spheres.query.statistics()?.gpu_time;
         time.context("the device takes times")
     })?;
-    let names = ("crossing spheres", "collision-spheres-device");
+    let names = ("crossing spheres", method);
     let hits = (found.len() as u64, wrong);
     Ok(row(
         device,
@@ -482,7 +547,7 @@ fn spheres_on_device(
 
 /// The tree of one sphere built again on the device.
 fn build(device: &Device, meter: &Meter, steps: (usize, usize)) -> anyhow::Result<Option<Row>> {
-    let mut spheres = Spheres::new(device, steps)?;
+    let mut spheres = Spheres::new(device, steps, Culling::Auto)?;
     spheres.write(ASIDE)?;
     let timing = timed(meter, || Ok(spheres.a.rebuild()?))?;
     let found = spheres.query.pairs()?;

@@ -4,9 +4,9 @@ use super::{holds, is_software};
 use crate::scenario::tableware;
 use crate::suite::{Figure, Outcome, gold_meshes};
 use oorandom::Rand32;
-use vertebra::collision::gpu::{Collider, Error, Query};
+use vertebra::collision::gpu::{Collider, Error, Links, Query, SelfQuery};
 use vertebra::glam::{DQuat, DVec3, Vec3};
-use vertebra::{Culling, MeshError, Pose, TriangleMesh};
+use vertebra::{Culling, MeshError, Method, Pose, TriangleMesh};
 use vertebra_gpu::Device;
 
 /// Wrong answers of a device about two meshes: 0 for each of its verbs, with and without the tree.
@@ -133,6 +133,39 @@ pub(super) fn hard(device: &Device) -> Outcome {
     Ok(figures)
 }
 
+/// Triangles of which a corner is a rounding away from a triangle of the other mesh, or an edge from an edge.
+pub(super) fn nearly_touching(device: &Device) -> Outcome {
+    let mut rng = Rand32::new(7);
+    let mut figures = Vec::new();
+    let count = if is_software(device) { 200 } else { 2000 };
+    for far in [0.0, 0.3, 20.0_f32] {
+        let posed = if far > 0.0 {
+            pose(&mut rng, far)
+        } else {
+            Pose::IDENTITY
+        };
+        let a = soup(count, || [(); 3].map(|()| point(&mut rng)))?;
+        let mut index = 0;
+        let b = soup(2 * count, || {
+            let [p, q, r] = a.triangle(index / 2).map(|v| v.as_dvec3());
+            let (u, v) = (f64::from(rng.rand_float()), f64::from(rng.rand_float()));
+            let [along, aside] = [(); 2].map(|()| point(&mut rng).as_dvec3());
+            let corners = if index % 2 == 0 {
+                let inside = p + (q - p) * u * 0.5 + (r - p) * v * 0.5;
+                [inside, inside + along, aside]
+            } else {
+                let edge = p + (q - p) * u;
+                [edge - along * v, edge + along * (1.1 - v), edge + aside]
+            };
+            index += 1;
+            corners.map(|p| posed.inverse().transform_point(p).as_vec3())
+        })?;
+        let name = format!("nearly touching, {far} away");
+        figures.extend(compare(device, &name, [&a, &b], posed)?);
+    }
+    Ok(figures)
+}
+
 /// Spheres crossing in a ring, up to ten million triangles.
 pub(super) fn large(device: &Device) -> Outcome {
     let sizes: &[(usize, usize)] = if is_software(device) {
@@ -237,5 +270,136 @@ pub(super) fn moved(device: &Device) -> Outcome {
     );
     figures.push(holds(format!("device lost: {error:?}"), typed));
     figures.push(holds("the next call works", query.pairs()? == exact(&b)?));
+    Ok(figures)
+}
+
+/// One mesh after another, as one.
+fn joined(meshes: &[TriangleMesh]) -> anyhow::Result<TriangleMesh> {
+    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
+    for mesh in meshes {
+        let first = u32::try_from(vertices.len())?;
+        vertices.extend_from_slice(mesh.vertices());
+        triangles.extend(mesh.triangles().iter().map(|t| t.map(|v| v + first)));
+    }
+    Ok(TriangleMesh::new(vertices, triangles)?)
+}
+
+/// Meshes that pass through themselves, and lattices of triangles.
+pub(super) fn itself(device: &Device) -> Outcome {
+    let mut rng = Rand32::new(4);
+    let count = if is_software(device) { 150 } else { 1000 };
+    let lattice = soup(count, || {
+        let mut step = || rng.rand_range(0..5) as f32;
+        [(); 3].map(|()| Vec3::new(step(), step(), step()))
+    })?;
+    let mut meshes = vec![
+        (
+            "sphere and cylinder",
+            joined(&[tableware::sphere()?, tableware::cylinder()?])?,
+        ),
+        ("lattice", lattice),
+    ];
+    if !is_software(device) {
+        meshes.push(("cup", tableware::cup()?));
+        meshes.push(("bowl", tableware::bowl()?));
+        let sphere = tableware::uv_sphere(708, 354)?;
+        let moved = sphere
+            .vertices()
+            .iter()
+            .map(|v| *v + Vec3::new(0.37, 0.61, 1.32));
+        let other = TriangleMesh::new(moved.collect(), sphere.triangles().to_vec())?;
+        meshes.push(("two spheres", joined(&[sphere, other])?));
+    }
+    let mut figures = Vec::new();
+    for (name, mesh) in meshes {
+        let expected = vertebra::SelfQuery::new(&mesh).threads(0).pairs();
+        let collider = Collider::new(device, mesh)?;
+        for culling in [Culling::Auto, Culling::Bvh] {
+            let query = SelfQuery::new(&collider).culling(culling);
+            let (too_many, too_few) = gold_meshes::wrong_pairs(&query.pairs()?, &expected);
+            let undecided = query.statistics()?.undecided;
+            let name = format!("{name}: {} pairs, {undecided} undecided", expected.len());
+            figures.push(Figure::new(name, (too_many + too_few) as f64, 0.0));
+        }
+    }
+    Ok(figures)
+}
+
+/// Many poses, and many bodies, in one run.
+pub(super) fn together(device: &Device) -> Outcome {
+    let mut rng = Rand32::new(5);
+    let (a, b) = (tableware::sphere()?, tableware::cylinder()?);
+    let count = if is_software(device) { 30 } else { 1000 };
+    let poses: Vec<Pose> = (0..count).map(|_| pose(&mut rng, 1.2)).collect();
+    let cpu = vertebra::Query::new(&a, &b).threads(0);
+    let expected = cpu.at_poses(&poses, |query| query.pairs())?;
+    let (on_a, on_b) = (
+        Collider::new(device, a.clone())?,
+        Collider::new(device, b.clone())?,
+    );
+    let mut figures = Vec::new();
+    for culling in [Culling::AllPairs, Culling::Bvh] {
+        let query = Query::new(&on_a, &on_b)?.culling(culling);
+        let found = query.at_poses(&poses)?.pairs()?;
+        figures.push(holds(
+            format!("{count} poses, {culling:?}"),
+            found == expected,
+        ));
+    }
+    let ball = tableware::uv_sphere(24, 12)?;
+    let bodies = [&ball, &b, &ball, &a, &b];
+    let colliders = bodies.map(|mesh| vertebra::Collider::new(mesh.clone()));
+    let cpu = vertebra::Links::new(&colliders).ignore(0, 1)?.threads(0);
+    let gpu = Links::new(device, &bodies)?.ignore(0, 1)?;
+    let narrow = |pose: Pose| {
+        let rotation = pose.rotation.to_array().map(|x| f64::from(x as f32));
+        let translation = pose.translation.as_vec3().as_dvec3();
+        Pose::new(DQuat::from_array(rotation), translation)
+    };
+    let configurations: Vec<[Pose; 5]> = (0..count)
+        .map(|_| [(); 5].map(|()| narrow(pose(&mut rng, 1.5))))
+        .collect();
+    let expected = cpu.ask(&configurations, |query| query.pairs())?;
+    figures.push(holds(
+        format!("links in {count} configurations"),
+        gpu.at(&configurations)?.pairs()? == expected,
+    ));
+    let words: Vec<f32> = configurations
+        .iter()
+        .flatten()
+        .flat_map(|pose| {
+            let [x, y, z, w] = pose.rotation.to_array().map(|x| x as f32);
+            let [a, b, c] = pose.translation.as_vec3().to_array();
+            [x, y, z, w, a, b, c, 0.0]
+        })
+        .collect();
+    let poses = device.buffer_from("poses", &words)?;
+    figures.push(holds(
+        "poses from a buffer",
+        gpu.following(&poses)?.now().pairs()? == expected,
+    ));
+    Ok(figures)
+}
+
+/// The source's test: how many of its answers are not the CPU's; it may differ in the last bit of a quotient.
+pub(super) fn moller(device: &Device) -> Outcome {
+    let mut rng = Rand32::new(6);
+    let mut figures = Vec::new();
+    for size in [1, 2, 4] {
+        let mut lattice = || {
+            let mut step = || rng.rand_range(0..size + 1) as f32;
+            [(); 3].map(|()| Vec3::new(step(), step(), step()))
+        };
+        let (a, b) = (soup(150, &mut lattice)?, soup(600, &mut lattice)?);
+        let expected = vertebra::Query::new(&a, &b)
+            .method(Method::MOLLER)
+            .pairs()?;
+        let (on_a, on_b) = (Collider::new(device, a)?, Collider::new(device, b)?);
+        let found = Query::new(&on_a, &on_b)?.method(Method::MOLLER)?.pairs()?;
+        let (too_many, too_few) = gold_meshes::wrong_pairs(&found, &expected);
+        let name = format!("lattice of {size}: of {} pairs", expected.len());
+        let few = 0.02 * expected.len() as f64;
+        figures.push(Figure::new(name, (too_many + too_few) as f64, few));
+    }
     Ok(figures)
 }

@@ -3,8 +3,8 @@
 
 use super::{holds, is_software};
 use crate::suite::{Figure, Outcome, relative_error};
-use vertebra::generate::{self, RandomTree, Rod};
 use vertebra::dynamics::gpu::{Options, Simulation};
+use vertebra::generate::{self, RandomTree, Rod};
 use vertebra::schedule::ScheduleOptions;
 use vertebra::{
     Error, Forces, Integrator, Model, Precision, Random, State, Workspace, Wrench, aba,

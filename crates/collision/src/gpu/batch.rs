@@ -201,7 +201,7 @@ impl<'a> Batch<'a> {
             }
         }
         for list in &mut lists {
-            list.sort_unstable();
+            list.sort_unstable_by_key(|&[a, b]| u64::from(a) << 32 | u64::from(b));
         }
         Ok(lists)
     }

@@ -3,10 +3,10 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use vertebra_gpu::{Buffer, Device, Program, Recording, Slot, Timing, workgroups};
+use vertebra_gpu::{Buffer, Device, Program, Recording, Shared, Slot, Timing, workgroups};
 use vertebra_shaders::collision::{
-    Answer, BLOCK_PAIRS, Bodies, Job, LEVELS, MOLLER_TILE, PAIRS_A_ROUND, PLACE_BODIES, Places,
-    RECORD, Sizes, TILE, TREE_PAIRS, Tolerance, Tree, WIDTH, moller, narrow,
+    Answer, BLOCK_PAIRS, Bodies, Job, MOLLER_TILE, PAIRS_A_ROUND, PLACE_BODIES, Places, RECORD,
+    Sizes, TILE, TREE_PAIRS, Tolerance, WIDTH, moller, narrow,
 };
 
 use super::collider::Resident;
@@ -137,6 +137,32 @@ struct Ready {
     written: (Vec<Job>, Sizes, Places),
     /// Words of the answer in `found`; undecided pairs follow.
     answer_words: usize,
+}
+
+/// The buffers of a mesh in a recording.
+#[derive(Clone, Copy)]
+struct Slots {
+    vertices: Slot<f32>,
+    leaves: Slot<[u32; 4]>,
+    boxes: Slot<[f32; 4]>,
+}
+
+impl Slots {
+    fn of(recording: &mut Recording, name: &str, mesh: &Resident) -> Self {
+        recording.scope(name, |recording| Self {
+            vertices: recording.shared("vertices", mesh.vertices.len()),
+            leaves: recording.shared("leaves", mesh.leaves.len()),
+            boxes: recording.shared("boxes", mesh.boxes.len()),
+        })
+    }
+
+    fn are(&self, mesh: &Resident) -> [Shared; 3] {
+        [
+            self.vertices.is(&mesh.vertices),
+            self.leaves.is(&mesh.leaves),
+            self.boxes.is(&mesh.boxes),
+        ]
+    }
 }
 
 impl Search {
@@ -346,21 +372,22 @@ impl Search {
         };
         let found_words = answer_words + RECORD * room.undecided as usize;
         let found = recording.buffer::<u32>("found", found_words);
-        let vertices = [("vertices a", a), ("vertices b", b)]
-            .map(|(name, mesh)| recording.shared::<f32>(name, mesh.vertices.len()));
-        let leaves = [("leaves a", a), ("leaves b", b)]
-            .map(|(name, mesh)| recording.shared::<[u32; 4]>(name, mesh.leaves.len()));
-        let boxes = [("boxes a", a), ("boxes b", b)]
-            .map(|(name, mesh)| recording.shared::<[f32; 4]>(name, mesh.boxes.len()));
+        // A buffer has one slot: of a mesh and itself both are one.
+        let slots_a = Slots::of(&mut recording, "a", a);
+        let slots_b = if Arc::ptr_eq(a, b) {
+            slots_a
+        } else {
+            Slots::of(&mut recording, "b", b)
+        };
         recording.clear(counts);
         if ask.answer != Kind::Pairs {
             recording.clear(found);
         }
         let meshes = [
-            vertices[0].any(),
-            leaves[0].any(),
-            vertices[1].any(),
-            leaves[1].any(),
+            slots_a.vertices.any(),
+            slots_a.leaves.any(),
+            slots_b.vertices.any(),
+            slots_b.leaves.any(),
         ];
         let poses = self.poses.as_ref().map(|poses| {
             let slot = recording.shared::<f32>("poses", poses.len());
@@ -381,13 +408,13 @@ impl Search {
             let mut buffers = vec![
                 sizes.any(),
                 jobs.any(),
-                boxes[0].any(),
-                boxes[1].any(),
+                slots_a.boxes.any(),
+                slots_b.boxes.any(),
                 queue.any(),
                 counts.any(),
             ];
             let kernel = if ask.way == Way::Tree {
-                buffers.push(recording.buffer_from("tree", &[tree(&a.levels)]).any());
+                buffers.push(recording.buffer_from("tree", &[a.tree()]).any());
                 &TREE_PAIRS
             } else {
                 &BLOCK_PAIRS
@@ -406,14 +433,10 @@ impl Search {
         if let Some((slot, _)) = &poses {
             recording.download(*slot);
         }
-        let mut shared = vec![
-            vertices[0].is(&a.vertices),
-            vertices[1].is(&b.vertices),
-            leaves[0].is(&a.leaves),
-            leaves[1].is(&b.leaves),
-            boxes[0].is(&a.boxes),
-            boxes[1].is(&b.boxes),
-        ];
+        let mut shared = slots_a.are(a).to_vec();
+        if !Arc::ptr_eq(a, b) {
+            shared.extend(slots_b.are(b));
+        }
         let (poses, given) = poses.unzip();
         shared.extend(given);
         let program = self.device().prepare_with(&recording, &shared)?;
@@ -458,20 +481,6 @@ impl Search {
             undecided: words / 2 / count(RECORD),
         }
     }
-}
-
-/// The tree of these numbers of nodes a level.
-fn tree(levels: &[u32]) -> Tree {
-    let mut tree = Tree {
-        top: count(levels.len()).saturating_sub(1),
-        ..Tree::default()
-    };
-    let mut first = 0;
-    for (place, &nodes) in tree.levels.iter_mut().zip(levels.iter().take(LEVELS)) {
-        *place = [first, nodes, 0, 0];
-        first += nodes;
-    }
-    tree
 }
 
 /// The jobs with the workgroups they begin at, and how many workgroups there are.

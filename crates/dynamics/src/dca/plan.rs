@@ -168,8 +168,8 @@ pub(crate) struct Plan<T> {
     pub(crate) sums: Vec<[Raked; 2]>,
 }
 
-/// The weights by which bodies are chosen to be cut: their masses, but none for bodies whose inertia
-/// has no inverse in this precision (points, lines).
+/// The weights of the bodies: their masses, but none for those whose inertia has no inverse in this
+/// precision (points, lines).
 pub(crate) fn weights(model: &Model, epsilon: f64) -> Vec<f64> {
     let weight = |body: &Body| {
         let central = Sym3::<f64>::from_glam(body.mass.inertia);
@@ -185,6 +185,50 @@ pub(crate) fn weights(model: &Model, epsilon: f64) -> Vec<f64> {
         if invertible { body.mass.mass } else { 0.0 }
     };
     model.bodies().iter().map(weight).collect()
+}
+
+/// The weights by which bodies are chosen to be cut, from their [`weights`] m and from what side branches
+/// carry: sqrt(m (m + side)).
+///
+/// A body that heavy branches hang from is best cut: inside a chunk their inertia comes out at both
+/// ends, beside the light bodies there. But a light body under heavy branches is heavy in some
+/// directions only, and its half is no good end, none at all where the ratio has more digits than the
+/// tree (`docs/accuracy.md` compares the choices). What a joint of d freedoms passes on of the inertia
+/// beyond is taken as 1 - d/6 of it; the path is assumed to go on with the largest subtree.
+pub(crate) fn cut_weights(model: &Model, weights: &[f64], epsilon: f64) -> Vec<f64> {
+    #[derive(Clone, Copy, Default)]
+    struct Children {
+        bodies: usize,
+        passed: f64,
+        largest: usize,
+        passed_by_largest: f64,
+    }
+    let mut children = vec![Children::default(); weights.len()];
+    let mut cuts = vec![0.0; weights.len()];
+    for (index, body) in model.bodies().iter().enumerate().rev() {
+        let below = children[index];
+        let (own, side) = (weights[index], below.passed - below.passed_by_largest);
+        let side = if side * 16.0 * epsilon > own {
+            0.0
+        } else {
+            side.max(0.0)
+        };
+        cuts[index] = (own * (own + side)).sqrt();
+        if let Some(parent) = body.parent {
+            let freedoms = u32::try_from(body.dof_range().len()).unwrap_or(6);
+            let kept = 1.0 - f64::from(freedoms) / 6.0;
+            let passed = (body.mass.mass + below.passed) * kept;
+            let above = &mut children[parent.index()];
+            let bodies = below.bodies + 1;
+            above.bodies += bodies;
+            above.passed += passed;
+            if bodies >= above.largest {
+                above.largest = bodies;
+                above.passed_by_largest = passed;
+            }
+        }
+    }
+    cuts
 }
 
 impl<T: Real> Plan<T> {

@@ -233,3 +233,91 @@ impl Parts {
         self.0[b] = root;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A binary tree over `leaves` chunks, joins two by two, with a sum at the side.
+    fn tree(leaves: usize) -> Rounds {
+        let mut rounds = Rounds::new(leaves, leaves - 1);
+        let mut parts: Vec<Item> = (0..leaves).map(Item::Chunk).collect();
+        for &part in &parts {
+            rounds.push(0, part, &[]);
+        }
+        let (mut round, mut next) = (1, 0);
+        while parts.len() > 1 {
+            let mut joined = Vec::new();
+            for pair in parts.chunks(2) {
+                if let [a, b] = pair {
+                    rounds.push(round, Item::Join(next), &[*a, *b]);
+                    joined.push(Item::Join(next));
+                    next += 1;
+                } else {
+                    joined.extend(pair);
+                }
+            }
+            if round == 2 {
+                rounds.push(round, Item::Sum(0), &[Item::Chunk(0), Item::Chunk(1)]);
+            }
+            parts = joined;
+            round += 1;
+        }
+        rounds
+    }
+
+    /// Every item is in one place, after what it needs, and what it needs within a dispatch is in its
+    /// workgroup.
+    #[test]
+    fn items_follow_what_they_need() {
+        for leaves in [2, 3, 17, 100, 1000] {
+            let rounds = tree(leaves);
+            let width = Width {
+                lanes: 128,
+                join: 16,
+                rounds: 3,
+            };
+            let mut words = vec![7, 7, 7];
+            let layers = rounds.layers(&width, &mut words);
+            // Dispatch, group and round of each item that is done; chunks are done before.
+            let mut done = vec![None; rounds.node_count()];
+            done[..leaves].fill(Some((usize::MAX, 0, 0)));
+            let needs = |number: usize| {
+                let all = rounds.items.iter().flatten();
+                let mut starts = all.map(|&(item, start)| (rounds.number(item), start));
+                let (_, start) = starts.find(|&(n, _)| n == number).unwrap();
+                let next = starts.next().map_or(rounds.needs.len(), |(_, start)| start);
+                rounds.needs[start..next].to_vec()
+            };
+            for (dispatch, layer) in layers.iter().enumerate() {
+                let table = 2 * layer.rounds as usize + 1;
+                for group in 0..layer.groups as usize {
+                    let starts = &words[layer.starts as usize + group * table..][..table];
+                    for round in 0..layer.rounds as usize {
+                        let [first, joins, end] = [0, 1, 2].map(|k| starts[2 * round + k]);
+                        for at in first..end {
+                            let word = words[at as usize];
+                            let (kind, index) = (word & 3, (word >> 2) as usize);
+                            assert_eq!(kind == item::JOIN, at >= joins);
+                            let item = match kind {
+                                item::CHUNK => Item::Chunk(index),
+                                item::JOIN => Item::Join(index),
+                                _ => Item::Sum(index),
+                            };
+                            let number = rounds.number(item);
+                            for need in needs(number) {
+                                let (d, g, r) = done[need as usize].unwrap();
+                                let earlier = d == usize::MAX || d < dispatch;
+                                assert!(earlier || (g == group && r < round), "{item:?}");
+                            }
+                            assert_eq!(done[number], None, "{item:?} twice");
+                            done[number] = Some((dispatch, group, round));
+                        }
+                    }
+                }
+            }
+            assert!(done.iter().all(Option::is_some), "{leaves} leaves");
+            assert_eq!(layers.last().unwrap().groups, 1);
+        }
+    }
+}

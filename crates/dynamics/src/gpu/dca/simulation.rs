@@ -20,8 +20,11 @@ const BLOCK: usize = 16;
 /// Runs under way before the oldest is waited for.
 const UNDER_WAY: usize = 4;
 
-/// Joints of a chunk on average.
+/// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and
+/// beyond these many bodies its joins are memory.
+const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
+const LONG_CHAIN: usize = 8192;
 
 /// Angle up to which f32 has digits left for sines \[rad\].
 const LARGEST_F32_ANGLE: f64 = 131_072.0;
@@ -33,7 +36,8 @@ pub struct Options {
     pub chunks: Option<Precision>,
     /// Precision of the joins, at most that of the chunks; none for f32.
     pub tree: Option<Precision>,
-    /// How bodies are gathered into chunks; none for 8 joints each.
+    /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
+    /// 8192 and more.
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
@@ -105,10 +109,16 @@ impl Simulation {
         let (chunks, tree) = precisions;
         let weights = plan::weights(model, tree.epsilon());
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
+        let window = if parents.len() < LONG_CHAIN {
+            SHORT_WINDOW
+        } else {
+            WINDOW
+        };
         let gathering = options
             .schedule
-            .unwrap_or(ScheduleOptions::with_window(WINDOW));
-        let schedule = Schedule::of_tree(&parents, &weights, &gathering)?;
+            .unwrap_or(ScheduleOptions::with_window(window));
+        let cuts = plan::cut_weights(model, &weights, tree.epsilon());
+        let schedule = Schedule::of_tree(&parents, &cuts, &gathering)?;
         let tables = Tables::new(model, &Plan::new(model, schedule, &weights));
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(Engine::new(device, &tables)?),

@@ -96,6 +96,7 @@ impl Tables {
             leaves: small(end.leaf),
             rakes: small(rakes.heads.len()),
             carriers: u32::from(!rakes.heads.is_empty()),
+            single: u32::from(plan.links.iter().all(|link| link.kind.dof_count() == 1)),
             #[expect(clippy::cast_possible_truncation, reason = "a power of two")]
             length: model.units().length as f32,
             ..tables.sizes
