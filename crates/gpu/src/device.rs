@@ -113,6 +113,12 @@ impl Device {
         Self::of(&adapter, identity.clone(), options)
     }
 
+    /// Whether both are one device, whose buffers can be used together.
+    #[must_use]
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
+    }
+
     /// Name, kind and driver of the adapter.
     #[must_use]
     pub fn info(&self) -> &wgpu::AdapterInfo {
