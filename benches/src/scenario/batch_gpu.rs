@@ -144,20 +144,26 @@ impl Subject {
         batch.set_states(states)?;
         batch.set_forces(&forces)?;
         let upload = upload.elapsed();
-        let qdd = batch.solve()?;
+        batch.solve_on_device()?;
+        let found = batch.accelerations_of_each()?;
         let whole = Instant::now();
-        batch.solve()?;
+        batch.solve_on_device()?;
+        let reread = batch.accelerations_of_each()?;
         let whole = whole.elapsed();
-        let dofs = model.dof_count();
+        anyhow::ensure!(found == reread, "accelerations differ from call to call");
+        // In f32 a few random states are gimbal locks, which are refused.
+        let refused = found.iter().filter(|qdd| qdd.is_err()).count();
         let mut exact = Workspace::new(model, Precision::Reference);
         let mut error = 0.0_f64;
         for item in checked(states.len()) {
-            aba(model, &states[item], &forces[item], &mut exact)?;
-            let found = &qdd[item * dofs..(item + 1) * dofs];
-            error = worst_of(error, forward_error(found, &exact)?);
+            if let Ok(qdd) = &found[item] {
+                aba(model, &states[item], &forces[item], &mut exact)?;
+                error = worst_of(error, forward_error(qdd, &exact)?);
+            }
         }
         let note = format!(
-            "{} lanes an item; setting states and forces {:.0} us, solving and reading {:.0} us",
+            "{} lanes an item; setting states and forces {:.0} us, solving and reading {:.0} us; {refused} \
+             states refused",
             batch.lanes(),
             1e6 * upload.as_secs_f64(),
             1e6 * whole.as_secs_f64()
@@ -180,10 +186,15 @@ impl Subject {
         let Robots { model, states } = robots;
         let mut batch = Batch::new(&self.device, model, states.len(), &options)?;
         batch.set_states(states)?;
-        batch.step(STEP)?;
+        batch.steps_on_device(STEP, 1)?;
         let found = batch.states()?;
+        let refused: Vec<usize> = batch
+            .failures()?
+            .into_iter()
+            .map(|(item, _)| item)
+            .collect();
         let mut error = 0.0_f64;
-        for item in checked(states.len()) {
+        for item in checked(states.len()).filter(|item| !refused.contains(item)) {
             let mut simulation =
                 Simulation::new(model.clone())?.with_integrator(options.integrator);
             simulation.set_state(states[item].clone())?;
@@ -196,13 +207,13 @@ impl Subject {
         let run = |batch: &mut Batch| Ok(batch.steps_on_device(0.0, STEPS)?);
         batch.set_states(states)?;
         let timing = timed(meter, &mut batch, run)?;
-        let failed = batch.failures()?.len();
         Ok(timing.map(|timing| Row {
             error_forward: Some(error),
             note: format!(
-                "{STEPS} steps without the host, {:.1} us each; {} lanes an item; {failed} failed",
+                "{STEPS} steps without the host, {:.1} us each; {} lanes an item; {} states refused",
                 1e6 * timing.median_s / f64::from(STEPS),
                 batch.lanes(),
+                refused.len(),
             ),
             ..self.row(robots, method, options.precision, &timing)
         }))
