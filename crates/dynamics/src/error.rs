@@ -192,6 +192,15 @@ pub enum Error {
         /// Number of items.
         count: usize,
     },
+    /// An integrator whose steps are not taken on a GPU.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "{integrator:?} steps are not taken on a GPU: choose another integrator, or the processor"
+    )]
+    IntegratorUnavailable {
+        /// The integrator.
+        integrator: crate::Integrator,
+    },
     /// Another number of states or forces than a batch has items.
     #[cfg(feature = "gpu")]
     #[error("the batch has {expected} items, {given} were given: give one for each")]

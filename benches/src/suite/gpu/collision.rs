@@ -352,9 +352,8 @@ pub(super) fn together(device: &Device) -> Outcome {
     let cpu = vertebra::Links::new(&colliders).ignore(0, 1)?.threads(0);
     let gpu = Links::new(device, &bodies)?.ignore(0, 1)?;
     let narrow = |pose: Pose| {
-        let rotation = pose.rotation.to_array().map(|x| f64::from(x as f32));
         let translation = pose.translation.as_vec3().as_dvec3();
-        Pose::new(DQuat::from_array(rotation), translation)
+        Pose::new(pose.rotation.as_quat().as_dquat(), translation)
     };
     let configurations: Vec<[Pose; 5]> = (0..count)
         .map(|_| [(); 5].map(|()| narrow(pose(&mut rng, 1.5))))
@@ -368,7 +367,7 @@ pub(super) fn together(device: &Device) -> Outcome {
         .iter()
         .flatten()
         .flat_map(|pose| {
-            let [x, y, z, w] = pose.rotation.to_array().map(|x| x as f32);
+            let [x, y, z, w] = pose.rotation.as_quat().to_array();
             let [a, b, c] = pose.translation.as_vec3().to_array();
             [x, y, z, w, a, b, c, 0.0]
         })

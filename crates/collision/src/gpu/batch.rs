@@ -1,5 +1,7 @@
 //! Questions asked together: about two meshes in one or many poses, about one mesh, about many bodies.
 
+use std::collections::BTreeMap;
+
 use glam::{DQuat, DVec3};
 use vertebra_gpu::Timing;
 use vertebra_shaders::collision::{Job, POSE};
@@ -12,6 +14,7 @@ use super::search::{Ask, Found, Kind, Search, Way};
 use super::settle::Record;
 use crate::classify::classify;
 use crate::culling::Culling;
+use crate::curves::{Builder, Corners, Curves};
 use crate::error::QueryError;
 use crate::query::ClassifiedPair;
 use crate::transform::RelativePose;
@@ -118,20 +121,58 @@ impl<'a> Batch<'a> {
 
     /// Of the only job, the pairs that meet and in what, sorted.
     pub(super) fn classified(&self) -> Result<Vec<ClassifiedPair>, Error> {
-        let parts = self.ask_as(Ask {
-            leaves_hits: true,
-            ..self.plain(Kind::Pairs, [0, 0])
-        })?;
         let class = |record: &Record| {
             let [a, b] = record.posed(&self.poses[0]);
             let class = classify(&a, &b)?;
             let [a, b] = record.pair;
             Some(ClassifiedPair { a, b, class })
         };
-        let records = parts.iter().flat_map(|part| &part.records);
-        let mut pairs: Vec<_> = records.filter_map(class).collect();
-        pairs.sort_unstable_by_key(|pair| [pair.a, pair.b]);
-        Ok(pairs)
+        Ok(self.meeting()?.iter().filter_map(class).collect())
+    }
+
+    /// Of the only job, where the surfaces meet.
+    pub(super) fn curves(&self) -> Result<Curves, Error> {
+        let records = self.meeting()?;
+        let [mut of_a, mut of_b] = [BTreeMap::new(), BTreeMap::new()];
+        for record in &records {
+            let [a, b] = record.posed(&self.poses[0]);
+            of_a.insert(record.pair[0], a);
+            of_b.insert(record.pair[1], b);
+        }
+        let corners = |of: &BTreeMap<u32, [DVec3; 3]>| {
+            let corners = |triangle| of.get(&triangle).copied().unwrap_or_default();
+            Corners::new(of.keys().copied(), corners)
+        };
+        let (a, b) = if self.itself {
+            of_a.extend(of_b);
+            (corners(&of_a), None)
+        } else {
+            (corners(&of_a), Some(corners(&of_b)))
+        };
+        let mut builder = Builder::new(&a, b.as_ref());
+        for record in &records {
+            builder.add(record.pair);
+        }
+        Ok(builder.finish())
+    }
+
+    /// Of the only job, the pairs that meet with their corners, sorted.
+    fn meeting(&self) -> Result<Vec<Record>, Error> {
+        let parts = self.ask_as(Ask {
+            leaves_hits: true,
+            ..self.plain(Kind::Pairs, [0, 0])
+        })?;
+        let mut meeting = Vec::new();
+        for part in &parts {
+            for record in &part.records {
+                if self.settles(part, record)? {
+                    let turned = self.ordered(record.pair) != record.pair;
+                    meeting.push(if turned { record.turned() } else { *record });
+                }
+            }
+        }
+        meeting.sort_unstable_by_key(|record| record.pair);
+        Ok(meeting)
     }
 
     /// What [`pairs`](Self::pairs) takes.

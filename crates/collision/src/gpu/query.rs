@@ -9,6 +9,7 @@ use super::job::job;
 use super::matrix::PairMatrix;
 use super::search::Search;
 use crate::culling::Culling;
+use crate::curves::Curves;
 use crate::error::QueryError;
 use crate::query::{ClassifiedPair, Method};
 use crate::transform::RelativePose;
@@ -151,10 +152,18 @@ impl Query {
     ///
     /// As for [`any`](Self::any); [`QueryError::NotExact`] for other methods than [`Method::Exact`].
     pub fn classified(&self) -> Result<Vec<ClassifiedPair>, Error> {
-        if self.method != Method::Exact {
-            return Err(QueryError::NotExact.into());
-        }
+        self.check_exact()?;
         self.batch().classified()
+    }
+
+    /// Where the surfaces meet, as polylines in the frame of A: see [`crate::Query::curves`].
+    ///
+    /// # Errors
+    ///
+    /// As for [`classified`](Self::classified).
+    pub fn curves(&self) -> Result<Curves, Error> {
+        self.check_exact()?;
+        self.batch().curves()
     }
 
     /// A bit for every pair of triangles.
@@ -191,6 +200,13 @@ impl Query {
     /// As for [`any`](Self::any).
     pub fn statistics(&self) -> Result<Statistics, Error> {
         self.batch().statistics()
+    }
+
+    fn check_exact(&self) -> Result<(), Error> {
+        match self.method {
+            Method::Exact => Ok(()),
+            Method::Moller { .. } => Err(QueryError::NotExact.into()),
+        }
     }
 
     fn triangles(&self) -> [u32; 2] {

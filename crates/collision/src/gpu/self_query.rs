@@ -7,6 +7,7 @@ use super::job::job;
 use super::query::Statistics;
 use super::search::Search;
 use crate::culling::Culling;
+use crate::curves::Curves;
 use crate::transform::RelativePose;
 
 /// A question about the triangles of one mesh that meet each other where they should not: the verbs and the answers of
@@ -68,6 +69,15 @@ impl SelfQuery {
     /// As for [`any`](Self::any).
     pub fn pairs(&self) -> Result<Vec<[u32; 2]>, Error> {
         Ok(self.batch().pairs()?.pop().unwrap_or_default())
+    }
+
+    /// Where the surface meets itself, as polylines.
+    ///
+    /// # Errors
+    ///
+    /// As for [`any`](Self::any).
+    pub fn curves(&self) -> Result<Curves, Error> {
+        self.batch().curves()
     }
 
     /// What [`pairs`](Self::pairs) takes.

@@ -34,6 +34,17 @@ impl Record {
         })
     }
 
+    /// The same with the triangles exchanged.
+    pub(super) fn turned(&self) -> Self {
+        let [a, b] = self.pair;
+        Self {
+            pair: [b, a],
+            job: self.job,
+            a: self.b,
+            b: self.a,
+        }
+    }
+
     /// Both triangles, seen from A.
     pub(super) fn posed(&self, pose: &RelativePose) -> [[DVec3; 3]; 2] {
         [self.a.map(|p| p.as_dvec3()), self.b.map(|p| pose.apply(p))]

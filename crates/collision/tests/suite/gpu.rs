@@ -51,6 +51,7 @@ fn agree(a: &TriangleMesh, b: &TriangleMesh, pose: Pose) -> [u64; 2] {
     assert_eq!(gpu.count().unwrap(), pairs.len() as u64);
     assert_eq!(gpu.mask().unwrap(), cpu.mask().unwrap());
     assert_eq!(gpu.classified().unwrap(), cpu.classified().unwrap());
+    assert_eq!(gpu.curves().unwrap(), cpu.curves().unwrap());
     if a.len() * b.len() < 100_000 {
         let matrix = gpu.matrix().unwrap();
         let set = |i: u32| (0..b.len() as u32 + 40).map(move |j| [i, j]);
@@ -392,6 +393,7 @@ fn self_collision() {
             assert_eq!(gpu.any().unwrap(), !pairs.is_empty());
             assert_eq!(gpu.count().unwrap(), pairs.len() as u64);
             assert_eq!(gpu.mask().unwrap(), cpu.mask());
+            assert_eq!(gpu.curves().unwrap(), cpu.curves());
             let undecided = gpu.statistics().unwrap().undecided;
             assert!(undecided <= most_undecided, "{name}: {undecided}");
         }

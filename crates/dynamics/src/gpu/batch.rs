@@ -93,7 +93,7 @@ impl Batch {
     ///
     /// # Errors
     /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::PrecisionUnavailable`] of
-    /// f64 where the device lacks it, and of the reference; [`Error::Gpu`].
+    /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`]; [`Error::Gpu`].
     pub fn new(
         device: &Device,
         model: &Model,
@@ -115,7 +115,11 @@ impl Batch {
             Some(lanes) => lanes.clamp(1, 8).next_power_of_two(),
             None => lanes_for(model, items),
         };
-        let fixed = Fixed::new(device, model, (items, lanes as usize, options.integrator));
+        let fixed = Fixed::new(
+            device,
+            model,
+            (items, lanes as usize, options.integrator.try_into()?),
+        );
         let mut batch = Self {
             engine: AnyEngine::new(&fixed, options.precision, Vec::new())?,
             precision: options.precision,

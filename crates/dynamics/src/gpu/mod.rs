@@ -27,3 +27,24 @@ mod dca;
 
 pub use batch::{Batch, BatchOptions};
 pub use dca::{Options, PoseBuffer, Simulation};
+
+use crate::{Error, Integrator};
+
+/// The integrators that need no iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Explicit {
+    SemiImplicitEuler,
+    RungeKutta4,
+}
+
+impl TryFrom<Integrator> for Explicit {
+    type Error = Error;
+
+    fn try_from(integrator: Integrator) -> Result<Self, Error> {
+        match integrator {
+            Integrator::SemiImplicitEuler => Ok(Self::SemiImplicitEuler),
+            Integrator::RungeKutta4 => Ok(Self::RungeKutta4),
+            Integrator::ImplicitMidpoint => Err(Error::IntegratorUnavailable { integrator }),
+        }
+    }
+}

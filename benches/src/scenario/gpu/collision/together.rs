@@ -6,7 +6,7 @@ use crate::row::Row;
 use crate::scenario::tableware;
 use crate::suite::gold_meshes::wrong_pairs;
 use vertebra::collision::gpu::{Collider, Links, Query, SelfQuery};
-use vertebra::glam::{DQuat, DVec3};
+use vertebra::glam::DVec3;
 use vertebra::{Pose, Random};
 use vertebra_gpu::Device;
 
@@ -73,8 +73,7 @@ fn configurations(software: bool) -> Vec<Vec<Pose>> {
         let mut place = DVec3::ZERO;
         let mut next = |_| {
             place = (place + random.direction() * 1.5).as_vec3().as_dvec3();
-            let rotation = random.rotation().to_array().map(|x| f64::from(x as f32));
-            Pose::new(DQuat::from_array(rotation), place)
+            Pose::new(random.rotation().as_quat().as_dquat(), place)
         };
         (0..BODIES).map(&mut next).collect()
     };
@@ -104,7 +103,7 @@ fn following(device: &Device, meter: &Meter, software: bool) -> anyhow::Result<O
     let configurations = configurations(software);
     let (links, expected) = chain(device, &configurations)?;
     let words = configurations.iter().flatten().flat_map(|pose| {
-        let [x, y, z, w] = pose.rotation.to_array().map(|x| x as f32);
+        let [x, y, z, w] = pose.rotation.as_quat().to_array();
         let [a, b, c] = pose.translation.as_vec3().to_array();
         [x, y, z, w, a, b, c, 0.0]
     });

@@ -4,8 +4,9 @@ use super::memory::{Memory, Word, index, packed, position_scales, read, state_nu
 use super::poses::Poses;
 use super::schedule::Schedule;
 use super::tree::{PUSH, Tree};
+use crate::gpu::Explicit;
 use crate::link::{Kind, Scales};
-use crate::{Error, Forces, Integrator};
+use crate::{Error, Forces};
 use vertebra_assembly::{Model, State};
 use vertebra_gpu::{AnySlot, Device, Output, Program, Recording, Timing, workgroups};
 use vertebra_shaders::{BATCH_ITEMS, BatchFeatures, BatchFinish, BatchPlan, batch};
@@ -22,7 +23,7 @@ pub(super) struct Fixed {
     pub(super) schedule: Schedule,
     pub(super) scales: Scales,
     pub(super) positions: Vec<f64>,
-    pub(super) integrator: Integrator,
+    pub(super) integrator: Explicit,
     pub(super) items: usize,
 }
 
@@ -30,7 +31,7 @@ impl Fixed {
     pub(super) fn new(
         device: &Device,
         model: &Model,
-        (items, lanes, integrator): (usize, usize, Integrator),
+        (items, lanes, integrator): (usize, usize, Explicit),
     ) -> Self {
         let tree = Tree::new(model);
         Self {
@@ -85,7 +86,7 @@ impl<W: Word> Engine<W> {
             (&fixed.tree, schedule),
             &pushed,
             features,
-            (fixed.items, fixed.integrator == Integrator::RungeKutta4),
+            (fixed.items, fixed.integrator == Explicit::RungeKutta4),
         )?;
         Ok(Self {
             memory,
@@ -249,8 +250,8 @@ impl<W: Word> Engine<W> {
             None => self.program(
                 fixed,
                 match fixed.integrator {
-                    Integrator::SemiImplicitEuler => BatchFinish::Euler,
-                    Integrator::RungeKutta4 => BatchFinish::RungeKutta,
+                    Explicit::SemiImplicitEuler => BatchFinish::Euler,
+                    Explicit::RungeKutta4 => BatchFinish::RungeKutta,
                 },
             )?,
         };

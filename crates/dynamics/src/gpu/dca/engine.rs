@@ -3,7 +3,7 @@
 use super::layers::Layered;
 use super::scalar::Scalar;
 use super::tables::{Tables, small};
-use crate::Integrator;
+use crate::gpu::Explicit;
 use bytemuck::Pod;
 use vertebra_gpu::{
     AnySlot, Buffer, Device, Error, Kernel, Output, Program, Recording, Shared, Slot, Timing,
@@ -31,7 +31,7 @@ pub(super) const OVERFLOW: &str = "overflow";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
     /// So many steps, then all poses.
-    Steps(Integrator, usize),
+    Steps(Explicit, usize),
     /// Accelerations in the present state.
     Accelerations,
     /// The kinematics of the state, which is then worked on.
@@ -281,14 +281,14 @@ struct Recorder<'a, T, L> {
 }
 
 impl<T: Pod, L: Pod> Recorder<'_, T, L> {
-    fn steps(&mut self, integrator: Integrator, count: usize) {
+    fn steps(&mut self, integrator: Explicit, count: usize) {
         for _ in 0..count {
             match integrator {
-                Integrator::SemiImplicitEuler => {
+                Explicit::SemiImplicitEuler => {
                     self.solve(Advance::Euler, 0);
                     self.turn_parts(Commit::Step);
                 }
-                Integrator::RungeKutta4 => {
+                Explicit::RungeKutta4 => {
                     for stage in 0..4 {
                         self.solve(Advance::RungeKutta, stage);
                         let commit = if stage == 3 {

@@ -4,6 +4,7 @@ use super::engine::{self, Engine, PUSH, PUSHED, PUSHED_SLOTS, STEP_SIZE, STEPS, 
 use super::tables::Tables;
 use crate::dca::check_precisions;
 use crate::dca::plan::{self, Plan};
+use crate::gpu::Explicit;
 use crate::link::{BodyFrame, Scales};
 use crate::{Error, Forces, Integrator, Precision, Wrench};
 use glam::{DQuat, DVec3};
@@ -79,6 +80,7 @@ macro_rules! in_engine {
 pub struct Simulation {
     model: Model,
     options: Options,
+    integrator: Explicit,
     precisions: (Precision, Precision),
     tables: Tables,
     scales: Scales,
@@ -102,10 +104,11 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
-    /// asked for; [`Error::TreePrecision`]; [`Error::Model`] for a bad schedule; [`Error::Gpu`], among
+    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Model`] for a bad schedule; [`Error::Gpu`], among
     /// others where a buffer exceeds the adapter's limits.
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         let precisions = precisions(device, options)?;
+        let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
         let weights = plan::weights(model, tree.epsilon());
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
@@ -128,6 +131,7 @@ impl Simulation {
         let bodies = model.bodies().len();
         let mut simulation = Self {
             options: *options,
+            integrator,
             precisions,
             scales: Scales::of_model(model),
             engines,
@@ -264,7 +268,7 @@ impl Simulation {
         while left > 0 || !under_way.is_empty() {
             if left > 0 && under_way.len() < UNDER_WAY {
                 let steps = if left >= BLOCK { BLOCK } else { 1 };
-                let task = Task::Steps(self.options.integrator, steps);
+                let task = Task::Steps(self.integrator, steps);
                 let pending = in_engine!(&mut self.engines, engine => engine.run(tables, task))?;
                 under_way.push_back((steps, pending));
                 left -= steps;
@@ -421,7 +425,7 @@ impl Simulation {
     /// # Errors
     /// [`Error::Gpu`].
     pub fn dispatches(&mut self) -> Result<usize, Error> {
-        let task = Task::Steps(self.options.integrator, 1);
+        let task = Task::Steps(self.integrator, 1);
         let tables = &self.tables;
         Ok(in_engine!(&mut self.engines, engine => engine.dispatches(tables, task))?)
     }
