@@ -247,6 +247,17 @@ pub(super) fn repetitions(device: &Device) -> Outcome {
             figures.push(holds(name, right));
         }
     }
+    let endless = program.run_times(u32::MAX);
+    figures.push(holds(
+        "more than a submission holds",
+        matches!(
+            endless,
+            Err(Error::Repetitions {
+                most: 4_194_304..,
+                ..
+            })
+        ),
+    ));
     // Commands between the passes, and a download in the middle.
     let mut mixed = Recording::new("mixed");
     let data = mixed.buffer_from("data", &vec![1_u32; len]);
