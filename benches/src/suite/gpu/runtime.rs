@@ -247,13 +247,14 @@ pub(super) fn repetitions(device: &Device) -> Outcome {
             figures.push(holds(name, right));
         }
     }
+    // A dispatch and a download each.
     let endless = program.run_times(u32::MAX);
     figures.push(holds(
         "more than a submission holds",
         matches!(
             endless,
             Err(Error::Repetitions {
-                most: 4_194_304..,
+                most: 2_097_152,
                 ..
             })
         ),
