@@ -6,6 +6,7 @@ use crate::dca::Dca;
 use crate::finite;
 use crate::layout::{Bins, Digit, Lengths, Ranges};
 use crate::operator::{Operator, Precision};
+use crate::scan::Scan;
 use crate::sort::{Rows, Sort};
 use crate::twins;
 
@@ -161,6 +162,10 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
         for kernel in [reduce, scan] {
             kernels.push((format!("{} {name}", kernel.name()), kernel.with(LOAD)));
         }
+    }
+    // The scan of a compaction.
+    for kernel in Scan::with_load(&Operator::add_u32(), LOAD_FLAG).kernels() {
+        kernels.push((format!("{} flags", kernel.name()), kernel.clone()));
     }
     for rows in Rows::ALL {
         for items in Sort::ITEMS {

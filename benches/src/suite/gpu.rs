@@ -11,9 +11,12 @@ mod primitives;
 pub(crate) mod runtime;
 mod sorts;
 mod stages;
+mod writes;
+
+pub use compare::{Compared, Computation};
 
 use super::{Figure, Outcome};
-use vertebra_gpu::{AdapterChoice, Device, Options};
+use vertebra_gpu::Device;
 
 /// A check on a device.
 pub struct GpuCheck {
@@ -45,6 +48,7 @@ pub const CHECKS: &[GpuCheck] = &[
         runtime::elements_in_two_dimensions,
     ),
     check("lengths", runtime::lengths),
+    check("large_writes", writes::large_writes),
     check("repetitions", runtime::repetitions),
     check("runs_overlap", runtime::runs_overlap),
     check("shared_buffers", runtime::shared_buffers),
@@ -89,6 +93,10 @@ pub const CHECKS: &[GpuCheck] = &[
     check("collision_moller", collision::moller),
 ];
 
+/// What the checks compute and is no twin of `vertebra_shaders`.
+pub const COMPUTATIONS: &[Computation] =
+    &[primitives::OWN_OPERATOR, stages::FINITE, stages::QUOTIENTS];
+
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
     GpuCheck { name, run }
 }
@@ -100,14 +108,6 @@ const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
 /// If there is none.
 pub fn device() -> Result<Device, vertebra_gpu::Error> {
     Device::auto()
-}
-
-/// Options that open the same adapter again.
-fn same_adapter(device: &Device) -> Options {
-    Options {
-        adapter: AdapterChoice::Named(device.info().name.clone()),
-        ..Options::default()
-    }
 }
 
 /// A figure that is 0 where a statement holds.

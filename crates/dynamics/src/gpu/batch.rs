@@ -40,7 +40,7 @@ pub struct BatchOptions {
 ///
 /// let model = generate::random_chain(7, &generate::Rod::default(), 7)?;
 /// let states: Vec<_> = (0..100).map(|seed| State::random(&model, seed)).collect();
-/// # if vertebra_gpu::adapters().is_empty() && std::env::var_os("CI").is_none() { return Ok(()); }
+/// # if vertebra_gpu::tests_are_left_out() { return Ok(()); }
 /// let mut batch = Batch::new(&Device::auto()?, &model, 100, &BatchOptions::default())?;
 /// batch.set_states(&states)?;
 /// batch.steps(1e-3, 10)?;
