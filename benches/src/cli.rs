@@ -90,8 +90,8 @@ pub struct BenchArgs {
     /// Precisions; that of divide and conquer is its joins'.
     #[arg(long, value_delimiter = ',', value_enum)]
     pub precision: Vec<PrecisionArg>,
-    /// Backends. The scenario `gpu` has the rows of the other.
-    #[arg(long, value_delimiter = ',', value_parser = ["cpu"])]
+    /// Backends; a GPU only where there is a real one, unless it is named.
+    #[arg(long, value_delimiter = ',', value_parser = ["cpu", "gpu"])]
     pub backend: Vec<String>,
     /// Numbers of bodies of the chains.
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
@@ -248,11 +248,13 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 64] = [
+const METHODS: [&str; 66] = [
     "aba",
+    "aba-refined",
     "build",
     "crba",
     "dca",
+    "dca-refined",
     "rnea",
     "step",
     "exact",
@@ -336,6 +338,12 @@ impl BenchArgs {
             return self.model.is_none() && self.mesh_a.is_none();
         }
         self.scenarios.iter().any(|s| s == scenario)
+    }
+
+    /// Whether a backend is asked for.
+    #[must_use]
+    pub fn wants_backend(&self, backend: &str) -> bool {
+        self.backend.is_empty() || self.backend.iter().any(|b| b == backend)
     }
 }
 

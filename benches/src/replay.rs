@@ -14,14 +14,20 @@ use vertebra_shaders::twins;
 enum Computation {
     /// A primitive, whose inputs are named arrays.
     Primitive(&'static Twin),
+    /// What a check computes of named arrays.
+    Check(&'static gpu::Computation),
 }
 
 impl Computation {
     fn of(capture: &Capture) -> anyhow::Result<Self> {
         let name = &capture.computation;
         let primitive = twins::ALL.iter().find(|twin| twin.name == name);
-        primitive.map(Self::Primitive).with_context(|| {
-            let names: Vec<_> = twins::ALL.iter().map(|twin| twin.name).collect();
+        let check = || gpu::COMPUTATIONS.iter().find(|check| check.name == name);
+        let found = primitive.map(Self::Primitive);
+        found.or_else(|| check().map(Self::Check)).with_context(|| {
+            let names = twins::ALL.iter().map(|twin| twin.name);
+            let names = names.chain(gpu::COMPUTATIONS.iter().map(|check| check.name));
+            let names: Vec<_> = names.collect();
             format!(
                 "nothing is called `{name}`; there are: {}",
                 names.join(", ")
@@ -30,19 +36,14 @@ impl Computation {
     }
 
     /// Computes the inputs on the CPU and on a device.
-    fn compare(
-        &self,
-        capture: &Capture,
-        device: &Device,
-    ) -> anyhow::Result<(Vec<Comparison>, Vec<Failure>)> {
+    fn compare(&self, capture: &Capture, device: &Device) -> gpu::Compared {
+        let inputs: Vec<Named> = capture.inputs()?;
+        for Named { name, values } in &inputs {
+            println!("input {name}: {} elements", values.len());
+        }
         match self {
-            Self::Primitive(twin) => {
-                let inputs: Vec<Named> = capture.inputs()?;
-                for Named { name, values } in &inputs {
-                    println!("input {name}: {} elements", values.len());
-                }
-                Ok(twin.compare(device, &inputs)?)
-            }
+            Self::Primitive(twin) => Ok(twin.compare(device, &inputs)?),
+            Self::Check(check) => (check.compare)(device, &inputs),
         }
     }
 }
@@ -131,8 +132,11 @@ mod tests {
         let capture = Capture::new("nothing", "", "", &()).unwrap();
         let refusal = Computation::of(&capture).err().unwrap().to_string();
         assert!(refusal.contains("`nothing`") && refusal.contains("scan_f32"));
-        let capture = Capture::new("sort", "", "", &()).unwrap();
-        assert!(Computation::of(&capture).is_ok());
+        assert!(refusal.contains("own_operator"), "{refusal}");
+        for name in ["sort", "finite"] {
+            let capture = Capture::new(name, "", "", &()).unwrap();
+            assert!(Computation::of(&capture).is_ok());
+        }
     }
 
     #[test]

@@ -9,8 +9,8 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, chain, chunks, error_table, gpu, meshes, model, queries,
-    scaling,
+    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, meshes,
+    model, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -138,11 +138,16 @@ struct Subjects {
     models: Vec<model::Subject>,
     lengths: Option<chunks::Subject>,
     batches: Vec<batch::Subject>,
+    gpu_batches: Option<batch_gpu::Subject>,
     meshes: Vec<meshes::Subject>,
     queries: Option<queries::Subject>,
     error_lists: Vec<error_table::Subject>,
     spheres: Vec<scaling::Subject>,
     gpu: Option<gpu::Subject>,
+    /// Whether rows of the CPU are wanted.
+    on_cpu: bool,
+    /// The GPU on which models are measured too.
+    device: Option<gpu::Subject>,
 }
 
 impl Subjects {
@@ -156,10 +161,15 @@ impl Subjects {
             } else {
                 None
             },
-            batches: if arguments.wants(batch::NAME) {
+            batches: if arguments.wants(batch::NAME) && arguments.wants_backend("cpu") {
                 batch::subjects(&selection)?
             } else {
                 Vec::new()
+            },
+            gpu_batches: if arguments.wants(batch::NAME) && arguments.wants_backend("gpu") {
+                batch_gpu::Subject::find(!arguments.backend.is_empty(), &selection)?
+            } else {
+                None
             },
             meshes: mesh_pairs(arguments)?,
             queries: if arguments.wants(queries::NAME) {
@@ -182,18 +192,32 @@ impl Subjects {
             } else {
                 None
             },
+            on_cpu: arguments.wants_backend("cpu"),
+            device: if arguments.wants_backend("gpu") {
+                gpu::Subject::find(!arguments.backend.is_empty())?
+            } else {
+                None
+            },
         })
     }
 
     fn measurements(&self, selection: &Selection) -> Vec<Measurement<'_>> {
         let mut list = Vec::new();
         for subject in &self.models {
-            list.extend(subject.measurements(selection));
+            if self.on_cpu {
+                list.extend(subject.measurements(selection));
+            }
+            if let Some(gpu) = &self.device {
+                list.extend(gpu::chains::measurements(subject, gpu.device(), selection));
+            }
         }
         if let Some(subject) = &self.lengths {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.batches {
+            list.extend(subject.measurements(selection));
+        }
+        if let Some(subject) = &self.gpu_batches {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.meshes {

@@ -4,6 +4,7 @@
 //! A scenario is a list of [`Measurement`]s, each of which becomes one row.
 
 pub mod batch;
+pub mod batch_gpu;
 pub mod chain;
 pub mod chunks;
 pub mod clipping;
@@ -16,6 +17,7 @@ pub mod model;
 pub mod published;
 pub mod queries;
 pub mod reference;
+mod refined;
 pub mod scaling;
 pub mod separating_axes;
 pub mod tableware;

@@ -2,9 +2,11 @@
 
 use vertebra_gpu::{Binding, Kernel, STATUS};
 
+use crate::dca::Dca;
 use crate::finite;
 use crate::layout::{Bins, Digit, Lengths, Ranges};
 use crate::operator::{Operator, Precision};
+use crate::scan::Scan;
 use crate::sort::{Rows, Sort};
 use crate::twins;
 
@@ -161,6 +163,10 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
             kernels.push((format!("{} {name}", kernel.name()), kernel.with(LOAD)));
         }
     }
+    // The scan of a compaction.
+    for kernel in Scan::with_load(&Operator::add_u32(), LOAD_FLAG).kernels() {
+        kernels.push((format!("{} flags", kernel.name()), kernel.clone()));
+    }
     for rows in Rows::ALL {
         for items in Sort::ITEMS {
             let sort = Sort::new(rows, items);
@@ -174,6 +180,8 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
     kernels.push(("finite f64".to_owned(), finite::kernel::<f64>()));
     let others = [SET_RANGES, COMPACT, HISTOGRAM];
     kernels.extend(others.map(|kernel| (kernel.name().to_owned(), kernel)));
+    kernels.extend(crate::batch::all());
+    kernels.extend(Dca::ALL.into_iter().flat_map(Dca::kernels));
     kernels.extend(crate::collision::kernels());
     kernels
 });

@@ -49,6 +49,11 @@ impl Scan {
         }
     }
 
+    /// Its kernels for the elements as they are loaded.
+    pub(crate) fn kernels(&self) -> [&Kernel; 2] {
+        [&self.reduce, &self.scan]
+    }
+
     /// Records the scan of `data` into `result`, which has the same length and is another buffer.
     pub fn record<T: Pod>(
         &self,

@@ -38,17 +38,19 @@ impl Rows {
     /// The best that a device can do.
     #[must_use]
     pub fn on(device: &Device) -> Self {
-        let info = device.info();
-        let fits = |rows: &Self| {
-            let (least, most) = rows.subgroup_sizes();
-            least <= info.subgroup_min_size && info.subgroup_max_size <= most
-        };
         let subgroups = [Self::Subgroups32, Self::Subgroups8, Self::Subgroups128];
-        let found = subgroups.into_iter().find(fits);
-        match found {
-            Some(rows) if device.features().contains(Features::SUBGROUP) => rows,
-            _ => Self::Lanes,
-        }
+        let found = subgroups.into_iter().find(|rows| rows.fit(device));
+        found.unwrap_or(Self::Lanes)
+    }
+
+    /// Whether a device has subgroups of these sizes, or none are needed.
+    fn fit(self, device: &Device) -> bool {
+        let info = device.info();
+        let (least, most) = self.subgroup_sizes();
+        self == Self::Lanes
+            || device.features().contains(Features::SUBGROUP)
+                && least <= info.subgroup_min_size
+                && info.subgroup_max_size <= most
     }
 
     /// The smallest and the largest subgroups it is right for; any for lanes by themselves.
@@ -95,17 +97,6 @@ impl Rows {
             Self::Subgroups128 => UP_TO_128,
         }
     }
-
-    /// Number of rows and bits of a digit, for the shaders.
-    fn constants(self) -> &'static str {
-        match self {
-            Self::Lanes => "const BITS: u32 = 4u;\nconst ROWS: u32 = 256u;",
-            Self::Subgroups8 => "const BITS: u32 = 8u;\nconst ROWS: u32 = 32u;",
-            Self::Subgroups32 | Self::Subgroups128 => {
-                "const BITS: u32 = 8u;\nconst ROWS: u32 = 8u;"
-            }
-        }
-    }
 }
 
 /// Stable sort of key-value pairs of words by key.
@@ -115,8 +106,8 @@ pub struct Sort {
     scatter: Kernel,
     scan: Scan,
     rows: Rows,
-    /// Keys of a workgroup.
-    tile: u32,
+    /// Keys of a lane.
+    items: u32,
 }
 
 impl Sort {
@@ -136,12 +127,14 @@ impl Sort {
     /// Whether a device has the workgroup memory, the subgroups and the features for it.
     #[must_use]
     pub fn fits(&self, device: &Device) -> bool {
-        let info = device.info();
-        let (least, most) = self.rows.subgroup_sizes();
         self.scatter.workgroup_memory() <= device.limits().max_compute_workgroup_storage_size
-            && device.features().contains(self.scatter.features())
-            && (self.rows == Rows::Lanes
-                || least <= info.subgroup_min_size && info.subgroup_max_size <= most)
+            && self.rows.fit(device)
+    }
+
+    /// Its rows, and the number of keys a lane holds.
+    #[must_use]
+    pub fn shape(&self) -> (Rows, u32) {
+        (self.rows, self.items)
     }
 
     /// The sort as it runs on every device.
@@ -150,17 +143,22 @@ impl Sort {
         Self::new(Rows::Lanes, 4)
     }
 
-    /// The sort in a shape of one's own: `items` of [`Sort::ITEMS`] keys a lane, or the nearest.
+    /// The sort in a shape of one's own: `items` of [`Sort::ITEMS`] keys a lane, or the next of them,
+    /// or the last.
     #[must_use]
     pub fn new(rows: Rows, items: u32) -> Self {
-        let (items, part) = match items {
-            0..=4 => (4, "const ITEMS: u32 = 4u;"),
-            5..=8 => (8, "const ITEMS: u32 = 8u;"),
-            9..=12 => (12, "const ITEMS: u32 = 12u;"),
-            13..=16 => (16, "const ITEMS: u32 = 16u;"),
-            _ => (24, "const ITEMS: u32 = 24u;"),
+        let [.., largest] = Self::ITEMS;
+        let next = Self::ITEMS.into_iter().find(|known| *known >= items);
+        let items = next.unwrap_or(largest);
+        let shape = |kernel: Kernel| {
+            let constants = [
+                ("ITEMS", items),
+                ("BITS", rows.bits()),
+                ("ROWS", rows.rows()),
+            ];
+            let lines = constants.map(|(name, value)| format!("const {name}: u32 = {value}u;"));
+            kernel.with_text(lines.join("\n"))
         };
-        let shape = |kernel: Kernel| kernel.with(part).with(rows.constants());
         let count = shape(SORT_COUNT).workgroup_memory_of(4 << rows.bits());
         let mut scatter = shape(SORT_SCATTER).workgroup_memory_of(workgroup_memory(rows, items));
         for &part in rows.parts() {
@@ -174,7 +172,7 @@ impl Sort {
             scatter,
             scan: Scan::new(&Operator::add_u32()),
             rows,
-            tile: THREADS * items,
+            items,
         }
     }
 
@@ -227,7 +225,7 @@ impl Sort {
             if len < 2 || passes == 0 {
                 return;
             }
-            let levels = Levels::record(recording, len, [self.tile, 1 << bits], count);
+            let levels = Levels::record(recording, len, [THREADS * self.items, 1 << bits], count);
             let tiles = levels.most.level[0].tiles;
             let counts_len = levels.most.level[1].count as usize;
             let [counts, offsets] =

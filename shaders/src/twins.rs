@@ -77,50 +77,41 @@ pub const SCAN_F64: Twin = Twin {
     tolerance: exact,
 };
 
-/// The sum of f32 `data`: stage `sum`.
+/// The sum of the first `count[0]` numbers of f32 `data`, or of all, in the order of the shaders, which
+/// rounds alike: stage `sum`.
 pub const REDUCE_F32: Twin = Twin {
     name: "reduce_f32",
     features: Features::empty(),
     cpu: |inputs| {
-        let sum = singles(inputs).iter().map(|&x| f64::from(x)).sum::<f64>();
-        #[expect(clippy::cast_possible_truncation, reason = "rounding to f32 is meant")]
-        let sum = sum as f32;
+        let sum = tree::reduce(counted(singles(inputs), inputs), 0.0, |a, b| a + b);
         vec![Named::new("sum", vec![sum])]
     },
     gpu: |recording, inputs, _| {
-        let data = recording.buffer_from("data", singles(inputs));
-        let sum = recording.buffer::<f32>("sum", 1);
-        Reduce::new(&Operator::add(Precision::F32)).record(recording, data, sum);
+        let sum = sum_gpu(recording, inputs, singles(inputs), Precision::F32);
         vec![stage("sum", StageSlot::F32(sum), 1)]
     },
-    tolerance: |_, inputs| {
-        let terms = singles(inputs).iter().map(|&x| f64::from(x));
-        sum_tolerance(f32::EPSILON.into(), terms)
-    },
+    tolerance: exact,
 };
 
-/// The sum of f64 `data`: stage `sum`.
+/// [`REDUCE_F32`] in f64.
 pub const REDUCE_F64: Twin = Twin {
     name: "reduce_f64",
     features: Features::SHADER_F64,
-    cpu: |inputs| vec![Named::new("sum", vec![doubles(inputs).iter().sum::<f64>()])],
+    cpu: |inputs| {
+        let sum = tree::reduce(counted(doubles(inputs), inputs), 0.0, |a, b| a + b);
+        vec![Named::new("sum", vec![sum])]
+    },
     gpu: |recording, inputs, _| {
-        let data = recording.buffer_from("data", doubles(inputs));
-        let sum = recording.buffer::<f64>("sum", 1);
-        Reduce::new(&Operator::add(Precision::F64)).record(recording, data, sum);
+        let sum = sum_gpu(recording, inputs, doubles(inputs), Precision::F64);
         vec![stage("sum", StageSlot::F64(sum), 1)]
     },
-    tolerance: |_, inputs| {
-        let serial = doubles(inputs).len() as f64;
-        serial.max(1.0) * sum_tolerance(f64::EPSILON, doubles(inputs).iter().copied())
-    },
+    tolerance: exact,
 };
 
 /// The first `count[0]` pairs of `keys` and `values`, or all, by the lowest `bits[0]` bits of the key:
 /// stages `keys`, `values`.
 ///
-/// `shape` is a place in [`Rows::ALL`] and a number of items; without it the sort is as on any
-/// device.
+/// The input [`shape`] says in which shape; without it, in the one that is fastest on the device.
 pub const SORT: Twin = Twin {
     name: "sort",
     features: Features::empty(),
@@ -312,19 +303,33 @@ fn sort_gpu(recording: &mut Recording, inputs: &[Named], sort: &Sort) -> Vec<Rec
     ]
 }
 
-/// Rounding of a sum of n terms in pairs, relative to the sum: eps log2(n) sum|x| / |sum| (N. J.
-/// Higham, "The accuracy of floating point summation", SIAM J. Sci. Comput. 14(4), 1993).
-fn sum_tolerance(epsilon: f64, terms: impl Iterator<Item = f64>) -> f64 {
-    let (mut count, mut sum, mut absolute) = (0_u32, 0.0, 0.0);
-    for term in terms {
-        count += 1;
-        sum += term;
-        absolute += term.abs();
+/// The shape of a sort as the input of [`SORT`]: its place in [`Rows::ALL`] and its number of items.
+/// With it another device computes with the same kernels.
+#[must_use]
+pub fn shape(sort: &Sort) -> Named {
+    let (rows, items) = sort.shape();
+    let places = (0..).zip(Rows::ALL);
+    let place = places
+        .filter(|(_, other)| *other == rows)
+        .map(|(place, _)| place);
+    Named::new("shape", place.chain([items]).collect::<Vec<u32>>())
+}
+
+fn sum_gpu<T: Pod>(
+    recording: &mut Recording,
+    inputs: &[Named],
+    data: &[T],
+    precision: Precision,
+) -> Slot<T> {
+    let count = count_slot(recording, inputs);
+    let data = recording.buffer_from("data", data);
+    let sum = recording.buffer::<T>("sum", 1);
+    let reduce = Reduce::new(&Operator::add(precision));
+    match count {
+        None => reduce.record(recording, data, sum),
+        Some(count) => reduce.record_counted(recording, data, sum, count),
     }
-    if sum == 0.0 {
-        return epsilon;
-    }
-    epsilon * (2.0 + f64::from(count.max(1)).log2()) * absolute / sum.abs()
+    sum
 }
 
 fn find<'a>(inputs: &'a [Named], name: &str) -> Option<&'a Values> {
@@ -365,6 +370,11 @@ fn count(inputs: &[Named]) -> usize {
 fn count_slot(recording: &mut Recording, inputs: &[Named]) -> Option<Slot<u32>> {
     let count = words(inputs, "count");
     (!count.is_empty()).then(|| recording.buffer_from("count", count))
+}
+
+/// The elements that count.
+fn counted<'a, T>(data: &'a [T], inputs: &[Named]) -> &'a [T] {
+    &data[..count(inputs).min(data.len())]
 }
 
 /// Bits to sort by; all where none are given.

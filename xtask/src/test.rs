@@ -54,7 +54,7 @@ pub(crate) fn add_stages(stages: &mut Stages<'_>, sh: &Shell, filter: &[OsString
     });
     stages.run("vulkan", || vulkan::provide(sh));
     stages.run("tests", || {
-        command(&if workspace::has_subcommand(sh, "nextest") {
+        let tests = if workspace::has_subcommand(sh, "nextest") {
             cmd!(
                 sh,
                 "cargo nextest run --workspace --all-features --no-fail-fast {filter...}"
@@ -65,12 +65,14 @@ pub(crate) fn add_stages(stages: &mut Stages<'_>, sh: &Shell, filter: &[OsString
                 sh,
                 "cargo test --workspace --all-features {targets...} --no-fail-fast {filter...}"
             )
-        })
+        };
+        command(&vulkan::expecting(sh, tests))
     });
     stages.run("doctests", || {
-        command(&cmd!(
+        let tests = cmd!(
             sh,
             "cargo test --workspace --all-features --doc --no-fail-fast {filter...}"
-        ))
+        );
+        command(&vulkan::expecting(sh, tests))
     });
 }

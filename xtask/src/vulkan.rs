@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use xshell::{Shell, cmd};
+use xshell::{Cmd, Shell, cmd};
 
 use crate::stages::Outcome;
 
@@ -35,6 +35,22 @@ pub(crate) fn provide(sh: &Shell) -> Result<Outcome> {
              checks of a GPU are ignored",
             PACKAGES.join(" ")
         ))),
+    }
+}
+
+/// Whether a GPU, or a software one, must be found: where there is a driver, and where everything must
+/// run because `CI` is set. What is then missing is a failure.
+pub(crate) fn is_expected(sh: &Shell) -> bool {
+    let everything = std::env::var_os("CI").is_some_and(|value| !value.is_empty());
+    everything || !cfg!(target_os = "linux") || is_there(sh)
+}
+
+/// The command, for which no adapter is a failure where one is expected.
+pub(crate) fn expecting<'a>(sh: &Shell, command: Cmd<'a>) -> Cmd<'a> {
+    if is_expected(sh) {
+        command.env("CI", "1")
+    } else {
+        command
     }
 }
 

@@ -56,13 +56,18 @@ impl Workspace {
             .collect()
     }
 
-    /// Names of the examples of a package.
-    pub(crate) fn examples(&self, package: &str) -> Vec<&str> {
+    /// Names of the examples of a package, and the features each needs.
+    pub(crate) fn examples(&self, package: &str) -> Vec<(&str, Vec<&str>)> {
         let packages = self
             .packages()
             .filter(|candidate| candidate["name"] == package);
-        packages
-            .flat_map(|package| targets(package, "example"))
+        let examples = packages.flat_map(|package| targets(package, "example"));
+        examples
+            .filter_map(|target| {
+                let features = target["required-features"].as_array().into_iter().flatten();
+                let features = features.filter_map(Value::as_str).collect();
+                Some((target["name"].as_str()?, features))
+            })
             .collect()
     }
 
@@ -78,8 +83,8 @@ impl Workspace {
     }
 }
 
-/// Names of the targets of a package of one kind.
-fn targets<'a>(package: &'a Value, kind: &str) -> impl Iterator<Item = &'a str> {
+/// The targets of a package of one kind.
+fn targets<'a>(package: &'a Value, kind: &str) -> impl Iterator<Item = &'a Value> {
     let of_kind = move |target: &&Value| {
         target["kind"]
             .as_array()
@@ -90,7 +95,6 @@ fn targets<'a>(package: &'a Value, kind: &str) -> impl Iterator<Item = &'a str> 
         .into_iter()
         .flatten()
         .filter(of_kind)
-        .filter_map(|target| target["name"].as_str())
 }
 
 /// Whether cargo has this subcommand and it starts.

@@ -1,7 +1,7 @@
 //! The errors of one solver over the seeds of one case.
 
 use super::case::{Case, Problem};
-use crate::suite::solver::{Aba, Dca, Solver};
+use crate::suite::solver::{Aba, Dca, Refined, Solver};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ pub struct Entry {
     pub pattern: String,
     /// Bodies \[count\].
     pub bodies: usize,
-    /// Name of the algorithm.
+    /// Name of the algorithm; `+1`: refined once.
     pub method: String,
     /// Floating-point type; `"f64/f32"` for chunks in f64 and joins in f32.
     pub precision: String,
@@ -73,7 +73,7 @@ impl Entry {
 type Measured = (&'static str, Box<dyn Solver>);
 
 /// The solvers whose errors are measured.
-fn solvers() -> [Measured; 5] {
+fn solvers() -> [Measured; 8] {
     use Precision::{F32, F64};
     [
         ("f64", Box::new(Aba(F64))),
@@ -81,6 +81,9 @@ fn solvers() -> [Measured; 5] {
         ("f64", Box::new(Dca::new("dca", F64, F64))),
         ("f64/f32", Box::new(Dca::new("dca", F64, F32))),
         ("f32", Box::new(Dca::new("dca", F32, F32))),
+        ("f64", Box::new(Refined::aba("aba+1", 1))),
+        ("f64/f32", Box::new(Refined::dca("dca+1", F64, F32, 1))),
+        ("f64/f32", Box::new(Refined::dca("dca+2", F64, F32, 2))),
     ]
 }
 

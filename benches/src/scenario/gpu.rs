@@ -2,6 +2,7 @@
 //! device; every result is compared with the CPU's.
 
 mod bare;
+pub(crate) mod chains;
 mod collision;
 mod rows;
 
@@ -42,6 +43,12 @@ impl Subject {
         let real = device.info().device_type != DeviceType::Cpu;
         let meshes = meshes::subjects()?;
         Ok((named || real).then_some(Self { device, meshes }))
+    }
+
+    /// The device.
+    #[must_use]
+    pub const fn device(&self) -> &Device {
+        &self.device
     }
 
     /// The rows that are asked for.
@@ -99,7 +106,7 @@ impl Subject {
 const WARM_UP: Duration = Duration::from_secs(1);
 
 /// Samples a time that `run` returns \[s\], after warming up; none when interrupted.
-fn sample(
+pub(super) fn sample(
     meter: &Meter,
     mut run: impl FnMut() -> anyhow::Result<f64>,
 ) -> anyhow::Result<Option<Timing>> {

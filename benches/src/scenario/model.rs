@@ -88,6 +88,18 @@ impl Subject {
         for precision in selection.precisions() {
             let detail = precision.to_string();
             add("aba", &detail, Box::new(move |m| self.aba(m, precision)));
+            if precision == Precision::F64 {
+                let run = move |m: &Meter| self.refined(m, None);
+                add("aba-refined", &detail, Box::new(run));
+                let options = DcaOptions {
+                    tree: Precision::F32,
+                    parallel: false,
+                    ..DcaOptions::default()
+                };
+                let detail = precision_name(&options);
+                let run = move |m: &Meter| self.refined(m, Some(options));
+                add("dca-refined", &detail, Box::new(run));
+            }
             add("rnea", &detail, Box::new(move |m| self.rnea(m, precision)));
             add("step", &detail, Box::new(move |m| self.step(m, precision)));
             let dense_limit = if selection.quick {
@@ -112,7 +124,12 @@ impl Subject {
         list
     }
 
-    fn row(&self, method: &str, precision: &str, timing: &crate::measure::Timing) -> Row {
+    pub(super) fn row(
+        &self,
+        method: &str,
+        precision: &str,
+        timing: &crate::measure::Timing,
+    ) -> Row {
         let bodies = self.model.bodies().len();
         let few = cases(bodies) < cases(0);
         Row {
@@ -130,7 +147,7 @@ impl Subject {
 
     /// The joint accelerations of each input in the reference precision, rounded to f64; computed
     /// once, as it takes longer than most rows.
-    fn reference(&self) -> Result<&[Vec<f64>], vertebra::Error> {
+    pub(super) fn reference(&self) -> Result<&[Vec<f64>], vertebra::Error> {
         if let Some(reference) = self.reference.get() {
             return Ok(reference);
         }

@@ -1,17 +1,22 @@
 //! The checks of a GPU: primitives against the CPU, the runtime, and what happens when things go
 //! wrong. They run on any device, a software one too.
 
+mod batch;
 mod collision;
 mod compare;
+mod dynamics;
 mod faults;
 mod mismatches;
 mod primitives;
 pub(crate) mod runtime;
 mod sorts;
 mod stages;
+mod writes;
+
+pub use compare::{Compared, Computation};
 
 use super::{Figure, Outcome};
-use vertebra_gpu::{AdapterChoice, Device, Options};
+use vertebra_gpu::Device;
 
 /// A check on a device.
 pub struct GpuCheck {
@@ -43,6 +48,7 @@ pub const CHECKS: &[GpuCheck] = &[
         runtime::elements_in_two_dimensions,
     ),
     check("lengths", runtime::lengths),
+    check("large_writes", writes::large_writes),
     check("repetitions", runtime::repetitions),
     check("runs_overlap", runtime::runs_overlap),
     check("shared_buffers", runtime::shared_buffers),
@@ -67,6 +73,15 @@ pub const CHECKS: &[GpuCheck] = &[
     check("nan_in_data", stages::nan_in_data),
     check("nan_made_on_the_device", stages::nan_made_on_the_device),
     check("failed_stage", stages::failed_stage),
+    check("batch_accelerations", batch::accelerations),
+    check("batch_steps", batch::steps),
+    check("batch_failing_item", batch::a_failing_item),
+    check("dca_accelerations", dynamics::accelerations),
+    check("dca_long_chain", dynamics::long_chain),
+    check("dca_steps", dynamics::steps),
+    check("dca_same_bits", dynamics::same_bits),
+    check("dca_many_steps", dynamics::many_steps),
+    check("dca_overflow", dynamics::overflow),
     check("collision_gold", collision::gold),
     check("collision_hard", collision::hard),
     check("collision_nearly_touching", collision::nearly_touching),
@@ -77,6 +92,10 @@ pub const CHECKS: &[GpuCheck] = &[
     check("collision_together", collision::together),
     check("collision_moller", collision::moller),
 ];
+
+/// What the checks compute and is no twin of `vertebra_shaders`.
+pub const COMPUTATIONS: &[Computation] =
+    &[primitives::OWN_OPERATOR, stages::FINITE, stages::QUOTIENTS];
 
 const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
     GpuCheck { name, run }
@@ -89,14 +108,6 @@ const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
 /// If there is none.
 pub fn device() -> Result<Device, vertebra_gpu::Error> {
     Device::auto()
-}
-
-/// Options that open the same adapter again.
-fn same_adapter(device: &Device) -> Options {
-    Options {
-        adapter: AdapterChoice::Named(device.info().name.clone()),
-        ..Options::default()
-    }
 }
 
 /// A figure that is 0 where a statement holds.

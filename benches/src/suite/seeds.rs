@@ -87,22 +87,23 @@ impl Bounds {
         let lost = lost(case, is_tree);
         #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
         let walk = (entry.bodies as f64).sqrt();
-        let bounds = match entry.precision.as_str() {
-            "f64/f32" => Self {
+        let plain = |epsilon: f64, lost: f64| Self {
+            median: 32.0 * walk * epsilon * lost,
+            max: 512.0 * walk * epsilon * lost,
+        };
+        let bounds = match (entry.method.as_str(), entry.precision.as_str()) {
+            // Each correction gains the digits of the joins; and in f64 no pattern costs a digit then.
+            ("dca+1", _) => Self {
+                median: 1e-12 * slender(case),
+                max: 1e-9 * slender(case),
+            },
+            ("dca+2" | "aba+1", _) => plain(f64::EPSILON, 1.0),
+            (_, "f64/f32") => Self {
                 median: 1e-6 * slender(case) * lost.sqrt(),
                 max: 5e-5 * slender(case) * lost.sqrt(),
             },
-            precision => {
-                let epsilon = if precision == "f64" {
-                    f64::EPSILON
-                } else {
-                    f32::EPSILON.into()
-                };
-                Self {
-                    median: 32.0 * walk * epsilon * lost,
-                    max: 512.0 * walk * epsilon * lost,
-                }
-            }
+            (_, "f64") => plain(f64::EPSILON, lost),
+            _ => plain(f32::EPSILON.into(), lost),
         };
         (bounds.max < 1.0).then_some(bounds)
     }

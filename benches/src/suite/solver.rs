@@ -1,8 +1,8 @@
 //! The solvers of forward dynamics, behind one door.
 
 use vertebra::{
-    Batch, DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Residual, State, Workspace,
-    aba, aba_batch, crba_forward_dynamics, dca, joint_wrenches, residual,
+    Batch, DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Residual, Solved, State,
+    Workspace, aba, aba_batch, crba_forward_dynamics, dca, joint_wrenches, refine, residual,
 };
 
 /// A way to compute forward dynamics.
@@ -64,6 +64,13 @@ pub fn all() -> Vec<Box<dyn Solver>> {
         Box::new(Dca::new("dca f64 over", Precision::F64, Precision::F32)),
         Box::new(Dca::new("dca", Precision::F32, Precision::F32)),
         Box::new(Dca::new("dca", Precision::Reference, Precision::Reference)),
+        Box::new(Refined::aba("aba+1", 1)),
+        Box::new(Refined::dca(
+            "dca f32 tree+2",
+            Precision::F64,
+            Precision::F32,
+            2,
+        )),
         Box::new(AbaBatch(Precision::F64)),
         Box::new(AbaBatch(Precision::F32)),
         Box::new(Crba),
@@ -182,6 +189,88 @@ impl Solver for Dca {
         let mut workspace = DcaWorkspace::new(model, &self.options)?;
         dca(model, state, forces, &mut workspace)?;
         workspace.compute_joint_wrenches(forces)?;
+        residual(model, state, forces, &workspace).map(Some)
+    }
+}
+
+/// Solutions of either, [refined](refine) so many times.
+pub struct Refined {
+    name: &'static str,
+    /// Options of divide and conquer; none for the articulated-body algorithm in f64.
+    tree: Option<DcaOptions>,
+    sweeps: usize,
+}
+
+impl Refined {
+    /// The articulated-body algorithm in f64.
+    #[must_use]
+    pub const fn aba(name: &'static str, sweeps: usize) -> Self {
+        Self {
+            name,
+            tree: None,
+            sweeps,
+        }
+    }
+
+    /// Divide and conquer with the precisions of chunks and tree.
+    #[must_use]
+    pub fn dca(name: &'static str, chunks: Precision, tree: Precision, sweeps: usize) -> Self {
+        Self {
+            name,
+            tree: Some(Dca::new(name, chunks, tree).options),
+            sweeps,
+        }
+    }
+
+    /// Refines what has been solved.
+    fn refined(&self, forces: &Forces, solved: &mut impl Solved) -> Result<(), Error> {
+        (0..self.sweeps).try_for_each(|_| refine(forces, solved).map(|_| ()))
+    }
+}
+
+impl Solver for Refined {
+    fn method(&self) -> &'static str {
+        self.name
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::F64
+    }
+
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
+        if let Some(options) = &self.tree {
+            let mut workspace = DcaWorkspace::new(model, options)?;
+            let solve = |(state, forces): &(State, Forces)| {
+                dca(model, state, forces, &mut workspace)?;
+                self.refined(forces, &mut workspace)?;
+                workspace.joint_accelerations().map(<[f64]>::to_vec)
+            };
+            return inputs.iter().map(solve).collect();
+        }
+        let mut workspace = Workspace::new(model, Precision::F64);
+        let solve = |(state, forces): &(State, Forces)| {
+            aba(model, state, forces, &mut workspace)?;
+            self.refined(forces, &mut workspace)?;
+            workspace.joint_accelerations().map(<[f64]>::to_vec)
+        };
+        inputs.iter().map(solve).collect()
+    }
+
+    fn residual(
+        &self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<Option<Residual>, Error> {
+        if let Some(options) = &self.tree {
+            let mut workspace = DcaWorkspace::new(model, options)?;
+            dca(model, state, forces, &mut workspace)?;
+            self.refined(forces, &mut workspace)?;
+            return residual(model, state, forces, &workspace).map(Some);
+        }
+        let mut workspace = Workspace::new(model, Precision::F64);
+        aba(model, state, forces, &mut workspace)?;
+        self.refined(forces, &mut workspace)?;
         residual(model, state, forces, &workspace).map(Some)
     }
 }

@@ -289,7 +289,7 @@ impl<T: Number> Sweeps<T> {
             let f = self.articulated[i].mul(self.acceleration[i]) + self.bias[i];
             let dofs = self.dofs(i);
             let (columns, tau) = (&self.subspace[dofs.clone()], &self.tau[dofs]);
-            self.joint_wrench[i] = transmitted(self.links[i].kind, f, columns, tau);
+            self.joint_wrench[i] = transmitted(f, columns, tau);
         }
     }
 

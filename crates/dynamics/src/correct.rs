@@ -171,7 +171,7 @@ impl<T: Real> Sweeps<T> {
         self.acceleration[i] += a;
         let f = self.articulated[i].mul(a) + own.biases[i];
         let still = [T::ZERO; 6];
-        self.joint_wrench[i] += transmitted(self.links[i].kind, f, &self.subspace[dofs], &still);
+        self.joint_wrench[i] += transmitted(f, &self.subspace[dofs], &still);
     }
 
     /// Multiplies with D^-1 of a joint of several freedoms.

@@ -52,3 +52,15 @@ pub(crate) fn dca(bodies: usize, rounds: usize, threads: usize, precision: Preci
     // Every round is gone through four times: rotations and forces, up and down.
     alone * (SERIAL + (1.0 - SERIAL) / threads as f64) + 4.0 * rounds as f64 * ROUND
 }
+
+/// Time of a batch on a GPU, in units of a body's: a lane does a body a level, and while there are
+/// fewer warps of 32 lanes than hide each other's latency, more of them cost nothing. An H100 has 528 schedulers of warps,
+/// about two and a half for each hide it.
+#[cfg(feature = "gpu")]
+#[expect(clippy::cast_precision_loss, reason = "an estimate")]
+pub(crate) fn gpu_batch(items: usize, levels: usize, lanes: u32, handoffs: usize) -> f64 {
+    const WARPS: f64 = 1300.0;
+    const HANDOFF: f64 = 0.2;
+    let warps = (items as f64 / 32.0) * f64::from(lanes);
+    (warps / WARPS).max(1.0) * (levels as f64 + HANDOFF * handoffs as f64 / f64::from(lanes))
+}

@@ -87,6 +87,18 @@ pub enum Error {
         /// Time of the state \[s\].
         time: f64,
     },
+    /// An implicit step whose equations are not solved.
+    #[error(
+        "a step of {step} s is too long for the implicit midpoint rule: {iterations} iterations left a change of {change:.0e}; take smaller steps"
+    )]
+    NotConverged {
+        /// Length of the step \[s\].
+        step: f64,
+        /// Iterations made.
+        iterations: u32,
+        /// Change of the rates by the last one, as part of the largest rate.
+        change: f64,
+    },
     /// A tolerance that no method meets here.
     #[error(
         "a relative error of {tolerance:e} was asked for, and the best method reached {error:.0e} (residual {residual:.0e}): accept more, or make the model's masses and lengths less uneven"
@@ -147,6 +159,31 @@ pub enum Error {
         /// Why.
         source: Box<Self>,
     },
+    /// A precision that a device does not compute in.
+    #[error(
+        "{adapter} does not compute in {precision}: choose {} for it, or simulate on the CPU",
+        crate::Precision::F32
+    )]
+    PrecisionUnavailable {
+        /// Name of the adapter.
+        adapter: String,
+        /// The precision asked for.
+        precision: crate::Precision,
+    },
+    /// One of several steps failed.
+    #[error("step {step} of {count} (counted from 0) failed: {source}")]
+    Step {
+        /// Steps taken before it.
+        step: usize,
+        /// Steps asked for.
+        count: usize,
+        /// Why.
+        source: Box<Self>,
+    },
+    /// The GPU.
+    #[cfg(feature = "gpu")]
+    #[error(transparent)]
+    Gpu(#[from] vertebra_gpu::Error),
     /// An item that is not in the batch.
     #[error("the batch has no item {item}; it has {count}")]
     UnknownItem {
@@ -154,5 +191,38 @@ pub enum Error {
         item: usize,
         /// Number of items.
         count: usize,
+    },
+    /// An integrator whose steps are not taken on a GPU.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "{integrator:?} steps are not taken on a GPU: choose another integrator, or the processor"
+    )]
+    IntegratorUnavailable {
+        /// The integrator.
+        integrator: crate::Integrator,
+    },
+    /// Another number of states or forces than a batch has items.
+    #[cfg(feature = "gpu")]
+    #[error("the batch has {expected} items, {given} were given: give one for each")]
+    ItemCount {
+        /// Items of the batch.
+        expected: usize,
+        /// How many were given.
+        given: usize,
+    },
+    /// A batch that does not fit a device.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "{items} items need more than the device's {limit} = {available}: {fit} fit; make several batches"
+    )]
+    BatchTooLarge {
+        /// Items asked for.
+        items: usize,
+        /// Items that fit.
+        fit: usize,
+        /// The limit.
+        limit: &'static str,
+        /// Its value \[byte\].
+        available: u64,
     },
 }

@@ -37,6 +37,8 @@ mod error;
 mod external;
 mod forces;
 mod forward_error;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod integrate;
 mod kinematics;
 mod link;

@@ -6,8 +6,8 @@ use glam::{DMat3, DQuat, DVec3};
 use vertebra_assembly::generate::{self, RandomTree, Rod};
 use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, State};
 use vertebra_dynamics::{
-    Algorithm, Forces, Integrator, Precision, Simulation, SolverOptions, Workspace, Wrench, aba,
-    forward_kinematics, joint_wrenches,
+    Algorithm, Error, Forces, Integrator, Precision, Simulation, SolverOptions, Workspace, Wrench,
+    aba, forward_kinematics, joint_wrenches,
 };
 use vertebra_spatial::Pose;
 
@@ -77,6 +77,7 @@ fn orders_of_convergence() {
     for (integrator, order) in [
         (Integrator::SemiImplicitEuler, 1.0),
         (Integrator::RungeKutta4, 4.0),
+        (Integrator::ImplicitMidpoint, 2.0),
     ] {
         let slope = (error(integrator, 16) / error(integrator, 64)).log2() / 2.0;
         assert!(
@@ -84,6 +85,85 @@ fn orders_of_convergence() {
             "{integrator:?}: order {slope}"
         );
     }
+}
+
+/// Steps back undo steps, of the symmetric method to rounding, on quaternions and floating bases too;
+/// what others leave is their error.
+#[test]
+fn steps_back_undo_steps() {
+    let (model, start) = floating_tree(DVec3::new(0.0, 0.0, -9.81));
+    let (h, steps) = (1e-2, 20);
+    let left = |integrator| {
+        let mut simulation = simulation(&model, &start, integrator);
+        for step in [h, -h] {
+            for _ in 0..steps {
+                simulation.step(step).unwrap();
+            }
+        }
+        let state = simulation.state();
+        let q = state.q.iter().zip(&start.q);
+        let qd = state.qd.iter().zip(&start.qd);
+        let largest = |m: f64, (a, b): (&f64, &f64)| m.max((a - b).abs());
+        q.fold(qd.fold(0.0, largest), largest)
+    };
+    let rates = start.qd.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+    let rounding = 1e4 * f64::EPSILON * rates;
+    let symmetric = left(Integrator::ImplicitMidpoint);
+    assert!(symmetric <= rounding, "{symmetric:e}");
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        let other = left(integrator);
+        assert!(other > rounding, "{integrator:?}: {other:e}");
+    }
+}
+
+/// A pendulum for 200 periods at 20 steps each: the midpoint rule's energy comes back, that of
+/// Runge-Kutta drifts away.
+#[test]
+fn energy_stays_in_long_runs() {
+    let rod = MassProperties::rod(2.0, 1.0, 0.01);
+    let model = ModelDescription::new("pendulum")
+        .body("rod", None, Joint::revolute(DVec3::X), rod)
+        .build()
+        .unwrap();
+    let mut state = State::neutral(&model);
+    state.q[0] = 1.5;
+    let off = |integrator| {
+        let mut simulation = simulation(&model, &state, integrator);
+        let energy = |simulation: &mut Simulation| {
+            let sums = simulation.mechanics().unwrap();
+            sums.kinetic_energy + sums.potential_energy
+        };
+        let before = energy(&mut simulation);
+        let mut ends = [0.0_f64; 2];
+        for end in &mut ends {
+            for _ in 0..2000 {
+                simulation.step(0.09).unwrap();
+                *end = end.max((energy(&mut simulation) - before).abs());
+            }
+        }
+        ends
+    };
+    let [early, late] = off(Integrator::ImplicitMidpoint);
+    assert!(late <= 1.01 * early, "{early:e}, {late:e}");
+    let [early, late] = off(Integrator::RungeKutta4);
+    assert!(late > 1.5 * early, "{early:e}, {late:e}");
+}
+
+/// A step too long to be solved is refused, and the state kept.
+#[test]
+fn implicit_steps_too_long_are_refused() {
+    let (model, start) = floating_tree(DVec3::ZERO);
+    let mut simulation = simulation(&model, &start, Integrator::ImplicitMidpoint);
+    let refused = simulation.step(5.0);
+    assert!(
+        matches!(
+            refused,
+            Err(Error::NotConverged { .. } | Error::Overflow { .. })
+        ),
+        "{refused:?}"
+    );
+    assert_eq!(simulation.state(), &start);
+    simulation.step(1e-4).unwrap();
 }
 
 /// What should not change drifts by the method's error only: 16 times less for half the step, down to

@@ -5,8 +5,8 @@
 use vertebra_assembly::generate::{self, RandomTree};
 use vertebra_assembly::{Model, State};
 use vertebra_dynamics::{
-    Batch, DcaOptions, DcaWorkspace, Forces, Integrator, Precision, Simulation, Workspace, Wrench,
-    aba, aba_batch, dca, rnea,
+    Batch, DcaOptions, DcaWorkspace, Forces, Integrator, Precision, Simulation, Solver,
+    SolverOptions, Workspace, Wrench, aba, aba_batch, dca, refine, rnea,
 };
 
 fn tree() -> Model {
@@ -21,7 +21,11 @@ fn tree() -> Model {
 fn steps_allocate_nothing() {
     let model = tree();
     for precision in [Precision::F64, Precision::F32] {
-        for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        for integrator in [
+            Integrator::SemiImplicitEuler,
+            Integrator::RungeKutta4,
+            Integrator::ImplicitMidpoint,
+        ] {
             let mut simulation = Simulation::new(model.clone())
                 .unwrap()
                 .with_integrator(integrator)
@@ -56,10 +60,15 @@ fn algorithms_allocate_nothing() {
         ..DcaOptions::default()
     };
     let mut tree = DcaWorkspace::new(&model, &options).unwrap();
+    // Corrections take their memory when the first one is asked for.
+    dca(&model, &state, &forces, &mut tree).unwrap();
+    refine(&forces, &mut tree).unwrap();
+    refine(&forces, &mut workspace).unwrap();
     let count = allocation_counter::measure(|| {
         aba(&model, &state, &forces, &mut workspace).unwrap();
         dca(&model, &state, &forces, &mut tree).unwrap();
-        tree.compute_joint_wrenches(&forces).unwrap();
+        refine(&forces, &mut tree).unwrap();
+        refine(&forces, &mut workspace).unwrap();
         rnea(&model, &state, &qdd, &forces, &mut workspace).unwrap();
     });
     assert_eq!(count.count_total, 0);
@@ -68,6 +77,18 @@ fn algorithms_allocate_nothing() {
         allocation_counter::measure(|| drop(qdd.clone())).count_total,
         0
     );
+}
+
+#[test]
+fn solvers_to_a_tolerance_allocate_nothing() {
+    let model = tree();
+    let (state, forces) = (State::random(&model, 1), Forces::none(&model));
+    let mut solver = Solver::new(&model, &SolverOptions::to_tolerance(1e-10)).unwrap();
+    solver.forward_dynamics(&model, &state, &forces).unwrap();
+    let count = allocation_counter::measure(|| {
+        solver.forward_dynamics(&model, &state, &forces).unwrap();
+    });
+    assert_eq!(count.count_total, 0);
 }
 
 #[test]

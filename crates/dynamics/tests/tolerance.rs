@@ -129,6 +129,29 @@ fn refusals() {
     assert!(solver.achieved().is_some());
 }
 
+/// Masses over more decades than 106 bits have: no method has a digit left, and none pretends to.
+#[test]
+fn what_no_method_has_is_refused() {
+    let mut missed = 0;
+    for decades in 26..40 {
+        let masses = Masses::HeavyLast(10_f64.powi(decades));
+        let model = generate::uneven_tree(60, 1, &Rod::default(), &masses, 1).unwrap();
+        let (state, forces) = inputs(&model, 1);
+        let mut solver = Solver::new(&model, &options(1e-12, Algorithm::Aba)).unwrap();
+        match solver.forward_dynamics(&model, &state, &forces) {
+            Err(Error::ToleranceMissed { error, .. }) => {
+                missed += 1;
+                assert!(error > 1e-12 && solver.achieved().is_none());
+            }
+            other => {
+                let named = matches!(other, Ok(_) | Err(Error::SingularJoint { .. }));
+                assert!(named, "1e{decades}: {other:?}");
+            }
+        }
+    }
+    assert!(missed > 0);
+}
+
 /// The error that a check finds is the error there is, and checks change nothing.
 #[test]
 fn errors_are_watched() {

@@ -130,6 +130,13 @@ pub fn adapters() -> Vec<wgpu::AdapterInfo> {
     infos(&enumerate(wgpu::MemoryBudgetThresholds::default()))
 }
 
+/// Whether tests of a GPU are to be left out here: there is no adapter, and the variable `CI` is not
+/// set, or is empty. Where it is set everything must run.
+#[must_use]
+pub fn tests_are_left_out() -> bool {
+    std::env::var_os("CI").is_none_or(|value| value.is_empty()) && adapters().is_empty()
+}
+
 /// The adapter that is meant.
 pub(crate) fn choose(
     choice: &AdapterChoice,

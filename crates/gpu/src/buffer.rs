@@ -6,6 +6,7 @@ use bytemuck::Pod;
 
 use crate::device::Device;
 use crate::error::{Error, Problem, Shortfall};
+use crate::staging::SMALL;
 
 /// Memory of a device for elements of one type, which several programs can use: see
 /// [`Recording::shared`](crate::Recording::shared). Clones are the same memory.
@@ -78,6 +79,9 @@ impl<T: Pod> Buffer<T> {
 
     /// Replaces the content before whatever is submitted next.
     ///
+    /// Content of more than 64 KiB is copied by a submission of its own, through memory that is kept
+    /// for the next of its size.
+    ///
     /// # Errors
     /// [`Error::Length`] unless there is one element for each; [`Error::DeviceLost`];
     /// [`Error::OutOfMemory`].
@@ -123,12 +127,38 @@ pub(crate) fn allocate(
     bytes: u64,
     usage: wgpu::BufferUsages,
 ) -> Result<wgpu::Buffer, Error> {
-    device.checked(&format!("buffer `{name}`"), bytes, |device, _| {
+    create(
+        device,
+        &format!("buffer `{name}`"),
+        bytes.max(16),
+        usage,
+        false,
+    )
+}
+
+/// Memory of the host's that is copied from, for it to be written now.
+pub(crate) fn allocate_mapped(
+    device: &Device,
+    what: &str,
+    bytes: u64,
+) -> Result<wgpu::Buffer, Error> {
+    let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
+    create(device, what, bytes, usage, true)
+}
+
+fn create(
+    device: &Device,
+    what: &str,
+    size: u64,
+    usage: wgpu::BufferUsages,
+    mapped_at_creation: bool,
+) -> Result<wgpu::Buffer, Error> {
+    device.checked(what, size, |device, _| {
         device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(name),
-            size: bytes.max(16),
+            label: Some(what),
+            size,
             usage,
-            mapped_at_creation: false,
+            mapped_at_creation,
         })
     })
 }
@@ -153,6 +183,9 @@ pub(crate) fn write<T: Pod>(
         return Ok(());
     }
     let what = format!("writing buffer `{name}`");
+    if bytes.len() > SMALL {
+        return device.staging().write(device, &what, buffer, bytes);
+    }
     device.checked(&what, bytes.len() as u64, |_, queue| {
         queue.write_buffer(buffer, 0, bytes);
     })

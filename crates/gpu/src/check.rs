@@ -89,19 +89,31 @@ impl<'a> Checker<'a> {
             Command::Upload { to, data } => {
                 let name = format!("upload {number}");
                 self.holds(&name, *to, data.len() as u64);
+                self.keeps_status(&name, *to);
             }
             Command::Copy { from, to } => {
                 let name = format!("copy {number}");
-                if let (Some(from), Some(_)) = (self.find(&name, *from), self.find(&name, *to)) {
-                    let bytes = from.bytes();
-                    self.holds(&name, *to, bytes);
+                let found = (self.find(&name, *from), self.find(&name, *to));
+                if let (Some(first), Some(second)) = found
+                    && first.len != second.len
+                {
+                    self.problems.push(Problem::Lengths {
+                        what: name.clone(),
+                        first: first.name.clone(),
+                        first_len: first.len,
+                        second: second.name.clone(),
+                        second_len: second.len,
+                    });
                 }
                 if from == to {
                     self.alias(&name, *from);
                 }
+                self.keeps_status(&name, *to);
             }
             Command::Clear(slot) => {
-                self.find(&format!("clear {number}"), *slot);
+                let name = format!("clear {number}");
+                self.find(&name, *slot);
+                self.keeps_status(&name, *slot);
             }
             Command::Download(slot) => {
                 self.find(&format!("download {number}"), *slot);
@@ -258,6 +270,18 @@ impl<'a> Checker<'a> {
             command: name.to_owned(),
             reason,
         });
+    }
+
+    /// Only kernels write the status word: else failures before would be lost.
+    fn keeps_status(&mut self, command: &str, written: AnySlot) {
+        if self.recording.status.map(Slot::any) == Some(written)
+            && let Some(status) = self.recording.declaration(written)
+        {
+            self.problems.push(Problem::Status {
+                command: command.to_owned(),
+                buffer: status.name.clone(),
+            });
+        }
     }
 
     /// The declaration of a buffer of this recording.

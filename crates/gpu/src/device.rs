@@ -14,8 +14,12 @@ use crate::options::Options;
 use crate::pipeline::Pipeline;
 use crate::program::Program;
 use crate::recording::{Recording, Shared as SharedSlot};
+use crate::staging::Staging;
 
 /// An open device. Clones are the same device.
+///
+/// It keeps every kernel that it has compiled until the last clone is dropped, programs included:
+/// whoever makes ever new kernels at run time opens a device for them.
 #[derive(Clone, Debug)]
 pub struct Device {
     shared: Arc<Shared>,
@@ -30,7 +34,9 @@ struct Shared {
     options: Options,
     /// What the driver said when the device was lost.
     lost: Arc<Mutex<Option<String>>>,
+    /// Never forgotten: a kernel is compiled once, whatever programs come and go.
     pipelines: Mutex<HashMap<Kernel, Pipeline>>,
+    staging: Staging,
 }
 
 impl Device {
@@ -97,6 +103,7 @@ impl Device {
                 options,
                 lost,
                 pipelines: Mutex::default(),
+                staging: Staging::default(),
             }),
         })
     }
@@ -108,9 +115,23 @@ impl Device {
     /// [`Error::NoAdapter`] where that adapter is gone, even if there are others;
     /// [`Error::Unsupported`], [`Error::Refused`].
     pub fn reopen(&self) -> Result<Self, Error> {
-        let (identity, options) = (&self.shared.identity, self.shared.options.clone());
+        self.reopen_with(self.shared.options.clone())
+    }
+
+    /// [`Device::reopen`] with other options; of these the choice of an adapter counts for nothing.
+    ///
+    /// # Errors
+    /// Those of [`Device::reopen`].
+    pub fn reopen_with(&self, options: Options) -> Result<Self, Error> {
+        let identity = &self.shared.identity;
         let adapter = find(identity, options.memory())?;
         Self::of(&adapter, identity.clone(), options)
+    }
+
+    /// Whether both are one device, whose buffers can be used together.
+    #[must_use]
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
     }
 
     /// Name, kind and driver of the adapter.
@@ -187,12 +208,6 @@ impl Device {
         Program::new(self, recording, shared)
     }
 
-    /// Whether two are the same.
-    #[must_use]
-    pub fn is(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.shared, &other.shared)
-    }
-
     /// The pipeline of a kernel of this recording, compiled at the first call.
     pub(crate) fn pipeline(&self, recording: &str, kernel: &Kernel) -> Result<Pipeline, Error> {
         if let Some(pipeline) = lock(&self.shared.pipelines).get(kernel) {
@@ -203,8 +218,17 @@ impl Device {
         Ok(pipeline)
     }
 
-    /// Runs calls of wgpu and returns the first error they caused instead of panicking. `bytes` is
-    /// what they allocate.
+    /// Memory through which content reaches it.
+    pub(crate) fn staging(&self) -> &Staging {
+        &self.shared.staging
+    }
+
+    /// Runs calls of wgpu and returns an error that they caused instead of panicking. `bytes` is what
+    /// they allocate.
+    ///
+    /// Of several errors the first of its kind is kept, and of kinds an internal one before a full
+    /// memory before a mistake: the latter are what becomes of calls after the former. That the
+    /// device is lost comes before all.
     pub(crate) fn checked<R>(
         &self,
         what: &str,

@@ -12,6 +12,9 @@ pub const ELEMENTS: &str = include_str!("elements.wgsl");
 /// part [`ELEMENTS`]; that of a workgroup is `id.y * groups.x + id.x` of `workgroup_id` and
 /// `num_workgroups`. Numbers at and beyond `items` have nothing to do.
 ///
+/// Of up to 2^31 items every invocation has a number of its own. Beyond, the last workgroups may pass
+/// 2^32 and begin again at 0: `element` would give the first elements twice.
+///
 /// ```
 /// use vertebra_gpu::workgroups;
 /// assert_eq!(workgroups(1000, 256), [4, 1, 1]);

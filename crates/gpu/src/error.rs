@@ -78,6 +78,18 @@ pub enum Error {
         /// What the driver says.
         message: String,
     },
+    /// More repetitions than one submission can hold.
+    #[error(
+        "{repetitions} repetitions of `{recording}` are too many for one submission: submit at most {most} at a time"
+    )]
+    Repetitions {
+        /// Name of the recording.
+        recording: String,
+        /// How many were asked for.
+        repetitions: u32,
+        /// How many of them there may be.
+        most: u64,
+    },
     /// Kernels reported that they failed.
     #[error("recording `{recording}` failed: {}", list(.failures))]
     Failed {

@@ -250,9 +250,9 @@ impl Kernel {
         self.stage
     }
 
-    /// Whether it has the part with which failures are reported.
+    /// Whether it has the part with which failures are reported, by itself or in a longer one.
     pub(crate) fn can_fail(&self) -> bool {
-        self.parts().any(|part| part == STATUS)
+        self.parts().any(|part| part.contains(STATUS))
     }
 
     /// Whether every loop is seen to end. Such a kernel is compiled as it is; loops of others get a
@@ -268,7 +268,9 @@ impl Kernel {
     }
 
     /// All in which the shader differs from what is declared of it: entry point, workgroup size and
-    /// memory, bindings. None of a shader that does not compile. No GPU is needed;
+    /// memory, bindings, and an `override STAGE` that is not the one of [`STATUS`]. Workgroup memory
+    /// whose size cannot be told, because an `override` computes it, is not compared. None of a
+    /// shader that does not compile. No GPU is needed;
     /// [`Device::prepare`](crate::Device::prepare) looks at each kernel once.
     #[must_use]
     pub fn differences(&self) -> Vec<Problem> {

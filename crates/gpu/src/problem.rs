@@ -72,6 +72,16 @@ pub enum Problem {
         /// What is wrong.
         reason: &'static str,
     },
+    /// A command that would overwrite the failures that kernels report.
+    #[error(
+        "{command} writes `{buffer}`, in which kernels report failures: it is cleared before each run, and nothing else may write it"
+    )]
+    Status {
+        /// The command.
+        command: String,
+        /// Name of the buffer.
+        buffer: String,
+    },
     /// A kernel whose shader differs from what is declared of it.
     #[error("kernel `{kernel}`: {what} is declared as {declared}, its WGSL has {found}")]
     Kernel {
@@ -94,7 +104,7 @@ pub enum Problem {
         /// Bytes of an element.
         stride: u64,
     },
-    /// Data or a copy that does not fit.
+    /// Data that does not fit.
     #[error("{command}: `{buffer}` has {available} bytes, not {needed}")]
     Size {
         /// The command.

@@ -163,7 +163,8 @@ impl Program {
         Ok(())
     }
 
-    /// Replaces the content of a buffer before the next run.
+    /// Replaces the content of a buffer before the next run, as [`Buffer::write`](crate::Buffer::write)
+    /// does.
     ///
     /// # Errors
     /// [`Error::Length`] unless there is one element for each; [`Error::WrongBuffer`] of another
@@ -185,6 +186,15 @@ impl Program {
     pub fn raw<T>(&self, slot: Slot<T>) -> Option<&wgpu::Buffer> {
         self.layout.recording.declaration(slot.any())?;
         self.buffers.get(slot.any().index as usize)
+    }
+
+    /// Commands of a run.
+    pub(crate) fn commands(&self) -> u64 {
+        let of = |step: &Step| match step {
+            Step::Pass(dispatches) => dispatches.len() as u64,
+            _ => 1,
+        };
+        self.steps.iter().map(of).sum()
     }
 
     /// The device it was prepared on.

@@ -6,8 +6,8 @@
 use std::collections::BTreeMap;
 
 use naga::{
-    AddressSpace, EntryPoint, Expression, Handle, Literal, Module, ResourceBinding, Scalar,
-    ShaderStage, StorageAccess, TypeInner,
+    AddressSpace, ArraySize, EntryPoint, Expression, Handle, Literal, Module, Override,
+    ResourceBinding, Scalar, ShaderStage, StorageAccess, TypeInner,
 };
 
 use crate::error::Problem;
@@ -28,6 +28,12 @@ pub(crate) fn differences(kernel: &Kernel, module: &Module) -> Vec<Problem> {
     } else {
         let names: Vec<_> = entry_points().map(|e| e.name.as_str()).collect();
         compared.note("the entry point", "main".to_owned(), names.join(", "));
+    }
+    let has_stage = |(_, declared): (_, &Override)| declared.name.as_deref() == Some("STAGE");
+    if !kernel.can_fail() && module.overrides.iter().any(has_stage) {
+        // Its failures would go to the first stage, whichever that is.
+        let (what, declared) = ("`override STAGE`", "that of the part `STATUS`");
+        compared.note(what, declared.to_owned(), "another".to_owned());
     }
     compared.variables(module);
     compared.problems
@@ -59,7 +65,7 @@ impl Compared<'_> {
     fn variables(&mut self, module: &Module) {
         let mut layouts = naga::proc::Layouter::default();
         if layouts.update(module.to_ctx()).is_err() {
-            // An array whose length an `override` decides: of these sizes nothing is known.
+            // Something too large to be counted, which the compiler refuses.
             return;
         }
         const NOTHING: &str = "nothing";
@@ -68,11 +74,25 @@ impl Compared<'_> {
             ((0, number), text)
         });
         let mut declared: BTreeMap<(u32, u32), String> = declared.collect();
-        let mut workgroup_memory = 0_u32;
+        // None if it cannot be told.
+        let mut workgroup_memory = Some(0_u32);
         for (_, variable) in module.global_variables.iter() {
             let size = layouts[variable.ty].size;
             if variable.space == AddressSpace::WorkGroup {
-                workgroup_memory = workgroup_memory.saturating_add(size);
+                // An array that an `override` sizes is as long as the kernel's constants say.
+                let size = match module.types[variable.ty].inner {
+                    TypeInner::Array {
+                        size: ArraySize::Pending(count),
+                        stride,
+                        ..
+                    } => {
+                        let count = overridden(self.kernel, module, count);
+                        count.map(|count| count.saturating_mul(stride))
+                    }
+                    _ => Some(size),
+                };
+                let sum = workgroup_memory.zip(size);
+                workgroup_memory = sum.map(|(sum, size)| sum.saturating_add(size));
             }
             let Some(place) = &variable.binding else {
                 continue;
@@ -110,10 +130,11 @@ impl Compared<'_> {
             self.note(&what, declared, NOTHING.to_owned());
         }
         let bytes = |bytes: u32| format!("{bytes} bytes");
+        let declared = self.kernel.workgroup_memory();
         self.note(
             "the workgroup memory",
-            bytes(self.kernel.workgroup_memory()),
-            bytes(workgroup_memory),
+            bytes(declared),
+            bytes(workgroup_memory.unwrap_or(declared)),
         );
     }
 }
@@ -147,28 +168,30 @@ fn constant(kernel: &Kernel, module: &Module, expression: Handle<Expression>) ->
         Expression::Literal(Literal::U32(value)) => Some(value),
         Expression::Literal(Literal::I32(value)) => u32::try_from(value).ok(),
         Expression::Constant(handle) => constant(kernel, module, module.constants[handle].init),
-        Expression::Override(handle) => {
-            let declared = &module.overrides[handle];
-            let name = declared.name.as_deref()?;
-            let given = kernel.constants().find(|(given, _)| *given == name);
-            match given {
-                // wgpu refuses those that are no u32.
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "saturates"
-                )]
-                Some((_, value)) => Some(value as u32),
-                None => constant(kernel, module, declared.init?),
-            }
-        }
+        Expression::Override(handle) => overridden(kernel, module, handle),
         _ => None,
+    }
+}
+
+fn overridden(kernel: &Kernel, module: &Module, handle: Handle<Override>) -> Option<u32> {
+    let declared = &module.overrides[handle];
+    let name = declared.name.as_deref();
+    let given = kernel.constants().find(|(given, _)| Some(*given) == name);
+    match given {
+        // wgpu refuses those that are no u32.
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "saturates"
+        )]
+        Some((_, value)) => Some(value as u32),
+        None => constant(kernel, module, declared.init?),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::{Binding, Kernel};
+    use crate::{Binding, Kernel, STATUS};
 
     const SHADER: &str = "
         override WIDTH: u32 = 32u;
@@ -225,6 +248,53 @@ mod tests {
             [
                 "kernel `wrong`: the workgroup size is declared as [64, 1, 1], its WGSL has [32, 2, 1]",
                 "kernel `wrong`: the workgroup memory is declared as 0 bytes, its WGSL has 256 bytes",
+            ]
+        );
+    }
+
+    /// An array that an `override` sizes is as long as the kernel says, not as its default.
+    #[test]
+    fn workgroup_memory_is_compared_with_the_constants_in_place() {
+        const SIZED: &str = "
+            override LANES: u32 = 64u;
+            var<workgroup> partial: array<vec2<f32>, LANES>;
+            @compute @workgroup_size(1) fn main() { partial[0] = vec2<f32>(0.0); }";
+        let of = |bytes| Kernel::new("sized", &[SIZED], &[], [1, 1, 1]).workgroup_memory_of(bytes);
+        assert_eq!(differences(&of(512)), [""; 0]);
+        assert_eq!(differences(&of(256).constant("LANES", 32_u32)), [""; 0]);
+        assert_eq!(
+            differences(&of(512).constant("LANES", 32_u32)),
+            [
+                "kernel `sized`: the workgroup memory is declared as 512 bytes, its WGSL has 256 bytes"
+            ]
+        );
+        // What is computed is not told, and not taken for the default.
+        let twice = SIZED.replace("LANES>", "2u * LANES>");
+        let twice = |bytes| {
+            let kernel = Kernel::new("twice", &[], &[], [1, 1, 1]).with_text(twice.clone());
+            kernel.constant("LANES", 32_u32).workgroup_memory_of(bytes)
+        };
+        assert!(naga::front::wgsl::parse_str(&twice(0).source()).is_ok());
+        assert_eq!(differences(&twice(512)), [""; 0]);
+    }
+
+    /// The stage is that of the part `STATUS`, by itself or in a longer one.
+    #[test]
+    fn a_stage_of_ones_own_is_refused() {
+        const MAIN: &str = "
+            @group(0) @binding(0) var<storage, read_write> status: array<atomic<u32>>;
+            @compute @workgroup_size(1) fn main() { fail(0u); }";
+        const BINDINGS: &[Binding] = &[Binding::read_write::<u32>("status")];
+        let fails =
+            |part: String| Kernel::new("fails", &[MAIN], BINDINGS, [1, 1, 1]).with_text(part);
+        let longer = fails(format!("// Before.\n{STATUS}\nfn after() {{}}"));
+        assert!(longer.can_fail());
+        assert_eq!(differences(&longer), [""; 0]);
+        let other = fails(STATUS.replace("0u", "1u"));
+        assert_eq!(
+            differences(&other),
+            [
+                "kernel `fails`: `override STAGE` is declared as that of the part `STATUS`, its WGSL has another"
             ]
         );
     }

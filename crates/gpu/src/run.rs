@@ -16,6 +16,10 @@ const WAITING: u8 = 0;
 const MAPPED: u8 = 1;
 const REFUSED: u8 = 2;
 
+/// Most commands of a submission: each is encoded, and a driver may give up on a device that is busy
+/// for seconds.
+const MOST_COMMANDS: u64 = 1 << 22;
+
 impl Program {
     /// Submits a run and returns at once. Runs take effect in the order of their submission;
     /// several may be under way, each with results of its own.
@@ -31,8 +35,16 @@ impl Program {
     /// repetition the buffers are read as they are.
     ///
     /// # Errors
-    /// Those of [`Program::run`].
+    /// Those of [`Program::run`]; [`Error::Repetitions`] of more than 2^22 commands in all.
     pub fn run_times(&self, repetitions: u32) -> Result<Pending, Error> {
+        let most = MOST_COMMANDS / self.commands().max(1);
+        if u64::from(repetitions) > most {
+            return Err(Error::Repetitions {
+                recording: self.layout.recording.name().to_owned(),
+                repetitions,
+                most,
+            });
+        }
         let results = Results {
             buffer: self.staging()?,
             spare: Arc::clone(&self.spare),
@@ -121,7 +133,8 @@ impl Pending {
     /// Waits for the run and returns what it downloads.
     ///
     /// # Errors
-    /// [`Error::Failed`] when a stage reported a failure, [`Error::DeviceLost`].
+    /// [`Error::Failed`] when a stage reported a failure, [`Error::DeviceLost`]; [`Error::Driver`] if
+    /// the results cannot be read, or are not granted within 10 s after the run.
     pub fn wait(self) -> Result<Output, Error> {
         let recording = self.layout.recording.name().to_owned();
         let (output, failures) = self.wait_for_all()?;
@@ -138,7 +151,7 @@ impl Pending {
     /// Waits for the run and returns what it downloads even where stages failed, to find out why.
     ///
     /// # Errors
-    /// [`Error::DeviceLost`].
+    /// Those of [`Pending::wait`] but [`Error::Failed`].
     pub fn wait_for_all(self) -> Result<(Output, Vec<Failure>), Error> {
         self.poll(wgpu::PollType::Wait {
             submission_index: Some(self.submission.clone()),
@@ -174,16 +187,22 @@ impl Pending {
     /// Another thread that waits for the device at the same time may have taken this run's callback
     /// from wgpu and be about to call it.
     fn wait_for_callback(&self) {
-        const PATIENCE: u32 = 10_000;
+        // A run takes less than a millisecond, so that sleeping comes late; 10 s in all.
+        const ROUNDS: u32 = 1000;
+        const SLEEPS: u32 = 10_000;
         // A thread of a browser cannot sleep, and there is no other.
         if self.results.buffer.is_none() || cfg!(target_arch = "wasm32") {
             return;
         }
-        for _ in 0..PATIENCE {
+        for round in 0..ROUNDS + SLEEPS {
             if self.state.load(Ordering::Acquire) != WAITING {
                 return;
             }
-            std::thread::sleep(Duration::from_millis(1));
+            if round < ROUNDS {
+                std::thread::yield_now();
+            } else {
+                std::thread::sleep(Duration::from_millis(1));
+            }
         }
     }
 

@@ -243,6 +243,64 @@ fn failures_are_not_lost() {
     );
 }
 
+/// The text of the part in a longer one asks for a stage all the same.
+#[test]
+fn failures_of_a_longer_part_are_not_lost() {
+    const FAILS: Kernel = Kernel::new(
+        "fails",
+        &[""],
+        &[Binding::read_write::<u32>("status")],
+        [1, 1, 1],
+    );
+    let mut recording = Recording::new("longer");
+    let status = recording.status();
+    let kernel = FAILS.with_text(format!("// Before.\n{STATUS}\n// After."));
+    recording.dispatch(&kernel, &[status.any()], [1, 1, 1]);
+    let found = problems(&recording, &Limits::downlevel_defaults(), Features::empty());
+    assert!(matches!(found[..], [Problem::Stage { .. }]), "{found:?}");
+}
+
+/// What would wipe failures out is refused.
+#[test]
+fn only_kernels_write_the_status_word() {
+    let mut recording = Recording::new("wiped");
+    let plain = recording.buffer::<u32>("plain", 33);
+    let status = recording.status();
+    recording.copy(status, plain);
+    recording.download(status);
+    let limits = Limits::downlevel_defaults();
+    assert_eq!(problems(&recording, &limits, Features::empty()), []);
+    recording.clear(status);
+    recording.upload(status, &[0]);
+    recording.copy(plain, status);
+    let found = problems(&recording, &limits, Features::empty());
+    let commands: Vec<&str> = found
+        .iter()
+        .map(|problem| match problem {
+            Problem::Status { command, .. } => command.as_str(),
+            _ => "",
+        })
+        .collect();
+    assert_eq!(commands, ["clear 2", "upload 3", "copy 4"], "{found:?}");
+}
+
+#[test]
+fn copies_are_of_equal_length() {
+    let mut recording = Recording::new("copies");
+    let [short, long] = [("short", 3), ("long", 4)].map(|(n, len)| recording.buffer::<u32>(n, len));
+    recording.copy(short, long);
+    recording.copy(long, short);
+    let found = problems(&recording, &Limits::downlevel_defaults(), Features::empty());
+    let texts: Vec<String> = found.iter().map(Problem::to_string).collect();
+    assert_eq!(
+        texts,
+        [
+            "copy 0: `short` has 3 elements and `long` has 4; they must have equally many",
+            "copy 1: `long` has 4 elements and `short` has 3; they must have equally many",
+        ]
+    );
+}
+
 /// A clone has the buffers of its original; what either declares later is its own.
 #[test]
 fn slots_of_a_clone_are_told_apart() {

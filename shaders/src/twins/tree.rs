@@ -1,4 +1,4 @@
-//! Scans in the order of the shaders, combination by combination: the same bits.
+//! Scans and reductions in the order of the shaders, combination by combination: the same bits.
 
 use crate::kernels::{THREADS, TILE};
 
@@ -40,6 +40,16 @@ pub(super) fn scan<T: Copy>(data: &[T], identity: T, combine: fn(T, T) -> T) -> 
         }
     }
     [exclusive, inclusive]
+}
+
+/// What all combine to: tiles, then tiles of their totals.
+pub(super) fn reduce<T: Copy>(data: &[T], identity: T, combine: fn(T, T) -> T) -> T {
+    if data.len() <= TILE as usize {
+        return total(data, identity, combine);
+    }
+    let tiles = data.chunks(TILE as usize);
+    let totals: Vec<T> = tiles.map(|tile| total(tile, identity, combine)).collect();
+    reduce(&totals, identity, combine)
 }
 
 /// What a tile combines to: neighbours join.
@@ -86,6 +96,7 @@ mod tests {
                 assert_eq!(inclusive[i], running, "{i} of {len}");
             }
             assert_eq!(exclusive.len(), maps.len());
+            assert_eq!(reduce(&maps, (1, 0), affine), running, "all of {len}");
         }
     }
 
@@ -104,5 +115,9 @@ mod tests {
             let bound = f64::from(f32::EPSILON) * (12.0 + ((i + 1) as f64).log2()) * absolute;
             assert!((f64::from(found) - sum).abs() <= bound, "{i}");
         }
+        let found = reduce(&numbers, 0.0, |a, b| a + b);
+        let rounds = 12.0 + (numbers.len() as f64).log2();
+        let bound = f64::from(f32::EPSILON) * rounds * absolute;
+        assert!((f64::from(found) - sum).abs() <= bound, "all");
     }
 }

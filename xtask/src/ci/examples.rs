@@ -1,9 +1,10 @@
-//! Every example of the facade runs to its end.
+//! Every example of the facade runs to its end; those that need a GPU, where one is expected.
 
 use anyhow::Result;
 use xshell::{Shell, cmd};
 
 use crate::stages::Outcome;
+use crate::vulkan;
 use crate::workspace::Workspace;
 
 /// Runs them one after another.
@@ -12,7 +13,12 @@ pub(super) fn run(sh: &Shell, workspace: &Workspace) -> Result<Outcome> {
     if examples.is_empty() {
         return Ok(Outcome::Skipped("the facade has no examples".to_owned()));
     }
-    for example in examples {
+    let has_gpu = vulkan::is_expected(sh);
+    for (example, features) in examples {
+        if features.contains(&"gpu") && !has_gpu {
+            println!("{example} is left out: there is no driver of a GPU");
+            continue;
+        }
         cmd!(
             sh,
             "cargo run --package vertebra --all-features --example {example}"

@@ -143,7 +143,7 @@ fn gpu_time(program: &vertebra_gpu::Program) -> anyhow::Result<f64> {
 }
 
 /// The share of each kernel in the time of all.
-fn shares(times: &[(&str, f64)]) -> String {
+pub(super) fn shares(times: &[(&str, f64)]) -> String {
     let mut kernels: Vec<(&str, f64)> = Vec::new();
     for (label, seconds) in times {
         let kernel = label.rsplit('.').next().unwrap_or(label);

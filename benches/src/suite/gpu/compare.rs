@@ -1,19 +1,47 @@
 //! Comparisons with a twin, and the file that is left where one goes wrong.
 
 use super::holds;
+use super::stages::FINITE;
 use crate::replay::{fault, replay};
 use crate::suite::{Figure, Outcome};
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use std::path::PathBuf;
-use vertebra_gpu::Device;
 use vertebra_gpu::capture::Capture;
 use vertebra_gpu::twin::{Comparison, Named, Twin};
+use vertebra_gpu::{Device, Failure};
 use vertebra_shaders::twins;
+
+/// Stages computed on both sides, and the failures that were not expected.
+pub type Compared = anyhow::Result<(Vec<Comparison>, Vec<Failure>)>;
+
+/// What a check computes on both sides from named arrays, where that is no [`Twin`].
+pub struct Computation {
+    /// Name of the computation, which files give too.
+    pub name: &'static str,
+    /// Computes the stages on both sides.
+    pub compare: fn(&Device, &[Named]) -> Compared,
+}
 
 /// Compares a twin on one input. Whatever goes wrong, a wrong result or none at all, the inputs are
 /// written to a file that `replay` reads.
 pub(super) fn compare(device: &Device, twin: &Twin, label: &str, inputs: &[Named]) -> Outcome {
-    let reason = match twin.compare(device, inputs) {
+    let found = twin.compare(device, inputs).map_err(anyhow::Error::from);
+    judge(device, twin.name, label, inputs, found)
+}
+
+/// The same of a computation that is no twin.
+pub(super) fn compare_own(
+    device: &Device,
+    computation: &Computation,
+    label: &str,
+    inputs: &[Named],
+) -> Outcome {
+    let found = (computation.compare)(device, inputs);
+    judge(device, computation.name, label, inputs, found)
+}
+
+fn judge(device: &Device, name: &str, label: &str, inputs: &[Named], found: Compared) -> Outcome {
+    let reason = match found {
         Ok((comparisons, failures)) => match fault(&comparisons, &failures) {
             None => {
                 let figure = |c: Comparison| {
@@ -23,17 +51,26 @@ pub(super) fn compare(device: &Device, twin: &Twin, label: &str, inputs: &[Named
             }
             Some(reason) => reason,
         },
-        Err(error) => error.to_string(),
+        Err(error) => format!("{error:#}"),
     };
-    let path = twin
-        .capture(device, inputs, &reason)?
-        .write(&std::env::temp_dir())?;
-    Err(Captured {
-        what: format!("{} {label}", twin.name),
-        reason,
-        path,
+    Err(capture(device, name, label, inputs, reason))
+}
+
+/// An error that names the file to which it wrote the inputs.
+pub(super) fn capture(
+    device: &Device,
+    name: &str,
+    label: &str,
+    inputs: &[Named],
+    reason: String,
+) -> anyhow::Error {
+    let what = format!("{name} {label}");
+    let written = Capture::new(name, &device.description(), &reason, &inputs)
+        .and_then(|capture| capture.write(&std::env::temp_dir()));
+    match written {
+        Ok(path) => Captured { what, reason, path }.into(),
+        Err(error) => anyhow!("{what}: {reason}; its inputs were not written: {error}"),
     }
-    .into())
 }
 
 /// What went wrong, and where its inputs are.
@@ -47,32 +84,52 @@ struct Captured {
 
 /// Stages that fail and recordings that are refused leave a file, which replays as it happened.
 pub(super) fn failures_are_captured(device: &Device) -> Outcome {
+    // What is planted is in the check, not in the computation of this name.
+    const PLANTED: Computation = Computation {
+        name: FINITE.name,
+        compare: |_, _| bail!("planted"),
+    };
     let keys = Named::new("keys", vec![1_u32, 9, 2]);
     let bins = Named::new("bins", vec![4_u32]);
     let values = Named::new("values", vec![1_u32, 2]);
     let flags = Named::new("flags", vec![1_u32]);
+    let data = Named::new("data", vec![1.0_f32, f32::INFINITY]);
+    let (histogram, compaction, numbers) = (vec![keys, bins], vec![flags, values], vec![data]);
+    let of_twin = |twin, inputs: &[Named]| compare(device, twin, "planted", inputs);
+    let cases = [
+        (
+            of_twin(&twins::HISTOGRAM, &histogram),
+            histogram,
+            "`keys` at element 1",
+            Some(false),
+        ),
+        (
+            of_twin(&twins::COMPACT, &compaction),
+            compaction,
+            "equally many",
+            None,
+        ),
+        (
+            compare_own(device, &PLANTED, "planted", &numbers),
+            numbers,
+            "planted",
+            Some(true),
+        ),
+    ];
     let mut figures = Vec::new();
-    for (twin, inputs, reason, runs) in [
-        (&twins::HISTOGRAM, [keys, bins], "`keys` at element 1", true),
-        (&twins::COMPACT, [flags, values], "equally many", false),
-    ] {
-        let Err(error) = compare(device, twin, "planted", &inputs) else {
-            bail!("{} found nothing wrong", twin.name);
+    for (outcome, inputs, reason, agrees) in cases {
+        let Err(error) = outcome else {
+            bail!("nothing was found wrong where one should have: {reason}");
         };
         let Captured { path, .. } = error.downcast_ref().context("no file was written")?;
         let capture = Capture::read(path)?;
         figures.push(holds(
-            format!("inputs of {}", twin.name),
+            format!("inputs of {}", capture.computation),
             capture.inputs::<Vec<Named>>()? == inputs && capture.reason.contains(reason),
         ));
-        let replayed = replay(path, None, 1);
         figures.push(holds(
-            format!("replay of {}", twin.name),
-            if runs {
-                matches!(replayed, Ok(false))
-            } else {
-                replayed.is_err()
-            },
+            format!("replay of {}", capture.computation),
+            replay(path, None, 1).ok() == agrees,
         ));
         std::fs::remove_file(path)?;
     }

@@ -1,17 +1,13 @@
 //! Things that belong elsewhere or are not what they are declared to be: each is refused by name.
 
 use super::faults::{DOUBLE, refused};
-use super::{holds, same_adapter};
+use super::holds;
 use crate::suite::Outcome;
-use vertebra_gpu::{
-    Binding, Device, Error, Failure, Kernel, Options, Problem, Recording, STATUS, Shared,
-};
+use vertebra_gpu::{Binding, Device, Error, Failure, Kernel, Problem, Recording, STATUS, Shared};
 
 /// Buffers of another device, of another recording, and the same one twice.
 pub(super) fn wrong_sharing(device: &Device) -> Outcome {
-    let other = Device::open(Options {
-        ..same_adapter(device)
-    })?;
+    let other = device.reopen()?;
     let mut recording = Recording::new("sharing");
     let first = recording.shared::<u32>("first", 4);
     let second = recording.shared::<u32>("second", 4);

@@ -1,14 +1,15 @@
 //! The primitives of `vertebra_shaders`, each against its twin on the CPU.
 
-use super::compare::compare;
+use super::compare::{Computation, capture, compare, compare_own};
 use super::{holds, is_software};
 use crate::suite::Outcome;
+use anyhow::bail;
 use bytemuck::Pod;
 use oorandom::Rand32;
-use vertebra_gpu::twin::{Named, Twin, Values};
+use vertebra_gpu::twin::{Comparison, Named, Twin, Values};
 use vertebra_gpu::wgpu::Features;
-use vertebra_gpu::{Device, Recording};
-use vertebra_shaders::{Operator, Precision, Reduce, Scan, ScanKind, twins};
+use vertebra_gpu::{Device, Error, Recording};
+use vertebra_shaders::{Operator, Precision, Reduce, Scan, ScanKind, Sort, twins};
 
 /// Lengths around the sizes of workgroups and tiles, and beyond one and two levels of tiles.
 fn lengths(device: &Device) -> Vec<usize> {
@@ -101,57 +102,91 @@ fn on_numbers(device: &Device, [single, double]: [&Twin; 2]) -> Outcome {
 /// An operator of one's own, by composition: maps x -> a x + b with a = 1 or -1, which do not commute
 /// and are exact in either precision.
 pub(super) fn own_operator(device: &Device) -> Outcome {
+    let mut rng = Rand32::new(11);
+    let mut sign = |up: f32| if rng.rand_float() < up { 1_i8 } else { -1 };
+    let mut figures = Vec::new();
+    for len in lengths(device) {
+        let maps: Vec<i8> = (0..len).flat_map(|_| [sign(0.9), sign(0.5)]).collect();
+        let mut cases = vec![Values::F32(maps.iter().map(|&x| x.into()).collect())];
+        if device.features().contains(Features::SHADER_F64) {
+            cases.push(Values::F64(maps.iter().map(|&x| x.into()).collect()));
+        }
+        for (values, precision) in cases.into_iter().zip(["f32", "f64"]) {
+            let inputs = [Named::new("maps", values)];
+            let label = format!("{precision} {len}");
+            figures.extend(compare_own(device, &OWN_OPERATOR, &label, &inputs)?);
+        }
+    }
+    Ok(figures)
+}
+
+/// Compositions of `maps`, a and b in turn: stages `before`, `all`.
+pub(super) const OWN_OPERATOR: Computation = Computation {
+    name: "own_operator",
+    compare: |device, inputs| {
+        let comparisons = match inputs {
+            [
+                Named {
+                    values: Values::F32(maps),
+                    ..
+                },
+            ] => compose(device, Precision::F32, maps, [1.0, 0.0], |f, g| {
+                [g[0] * f[0], g[0] * f[1] + g[1]]
+            }),
+            [
+                Named {
+                    values: Values::F64(maps),
+                    ..
+                },
+            ] => compose(device, Precision::F64, maps, [1.0, 0.0], |f, g| {
+                [g[0] * f[0], g[0] * f[1] + g[1]]
+            }),
+            _ => bail!("own_operator takes `maps` in f32 or f64"),
+        };
+        Ok((comparisons?, Vec::new()))
+    },
+};
+
+fn compose<T: Pod>(
+    device: &Device,
+    precision: Precision,
+    maps: &[T],
+    identity: [T; 2],
+    then: fn([T; 2], [T; 2]) -> [T; 2],
+) -> anyhow::Result<Vec<Comparison>>
+where
+    Values: From<Vec<T>>,
+{
     const MAPS: &str = "
         alias Element = vec2<real>;
         fn identity() -> Element { return Element(1, 0); }
         fn combine(f: Element, g: Element) -> Element {
             return Element(g.x * f.x, g.x * f.y + g.y);
         }";
-    fn run<T: Pod + PartialEq>(
-        device: &Device,
-        precision: Precision,
-        from: fn(i8) -> T,
-        then: fn([T; 2], [T; 2]) -> [T; 2],
-    ) -> Outcome {
-        let operator = Operator::new::<[T; 2]>(MAPS).in_precision(precision);
-        let mut rng = Rand32::new(11);
-        let mut sign = |up: f32| if rng.rand_float() < up { 1 } else { -1 };
-        let mut figures = Vec::new();
-        for len in lengths(device) {
-            let maps: Vec<[T; 2]> = (0..len)
-                .map(|_| [from(sign(0.9)), from(sign(0.5))])
-                .collect();
-            let mut recording = Recording::new("own operator");
-            let data = recording.buffer_from("maps", &maps);
-            let result = recording.buffer::<[T; 2]>("before", len);
-            let all = recording.buffer::<[T; 2]>("all", 1);
-            let kind = ScanKind::Exclusive;
-            Scan::new(&operator).record(&mut recording, data, result, kind);
-            Reduce::new(&operator).record(&mut recording, data, all);
-            recording.download(result);
-            recording.download(all);
-            let output = device.prepare(&recording)?.run()?.wait()?;
-            let mut running = [from(1), from(0)];
-            let mut expected = Vec::with_capacity(len);
-            for &map in &maps {
-                expected.push(running);
-                running = then(running, map);
-            }
-            let label = |what: &str| format!("{what} {precision:?} {len}");
-            figures.push(holds(label("scan"), output.read(result)? == expected));
-            figures.push(holds(label("reduction"), output.read(all)? == [running]));
-        }
-        Ok(figures)
+    let (maps, _) = maps.as_chunks::<2>();
+    let operator = Operator::new::<[T; 2]>(MAPS).in_precision(precision);
+    let mut recording = Recording::new("own operator");
+    let data = recording.buffer_from("maps", maps);
+    let before = recording.buffer::<[T; 2]>("before", maps.len());
+    let all = recording.buffer::<[T; 2]>("all", 1);
+    let kind = ScanKind::Exclusive;
+    Scan::new(&operator).record(&mut recording, data, before, kind);
+    Reduce::new(&operator).record(&mut recording, data, all);
+    recording.download(before);
+    recording.download(all);
+    let output = device.prepare(&recording)?.run()?.wait()?;
+    let mut running = identity;
+    let mut expected = Vec::with_capacity(maps.len());
+    for &map in maps {
+        expected.push(running);
+        running = then(running, map);
     }
-    let mut figures = run(device, Precision::F32, f32::from, |f, g| {
-        [g[0] * f[0], g[0] * f[1] + g[1]]
-    })?;
-    if device.features().contains(Features::SHADER_F64) {
-        figures.extend(run(device, Precision::F64, f64::from, |f, g| {
-            [g[0] * f[0], g[0] * f[1] + g[1]]
-        })?);
-    }
-    Ok(figures)
+    let flat = |maps: &[[T; 2]]| Values::from(maps.as_flattened().to_vec());
+    let (found, found_all) = (flat(&output.read(before)?), flat(&output.read(all)?));
+    Ok(vec![
+        Comparison::new("before", flat(&expected), found, 0.0),
+        Comparison::new("all", flat(&[running]), found_all, 0.0),
+    ])
 }
 
 pub(super) fn compact(device: &Device) -> Outcome {
@@ -189,7 +224,10 @@ pub(super) fn same_bits(device: &Device) -> Outcome {
     let cases = [
         (&twins::REDUCE_F32, numbers.clone()),
         (&twins::SCAN_F32, numbers),
-        (&twins::SORT, super::sorts::pairs(keys.clone())),
+        (
+            &twins::SORT,
+            super::sorts::pairs(keys.clone(), &Sort::on(device)),
+        ),
         (
             &twins::COMPACT,
             vec![Named::new("flags", flags), Named::new("values", words)],
@@ -200,15 +238,33 @@ pub(super) fn same_bits(device: &Device) -> Outcome {
         ),
     ];
     for (twin, inputs) in cases {
-        let (first, _) = twin.compare(device, &inputs)?;
-        for run in 1..4 {
-            let (other, _) = twin.compare(if run % 2 == 0 { device } else { &again }, &inputs)?;
-            let mut stages = first.iter().zip(&other);
-            figures.push(holds(
-                format!("{} run {run}", twin.name),
-                first.len() == other.len() && stages.all(|(a, b)| a.gpu.has_bits_of(&b.gpu)),
-            ));
-        }
+        let reason = match first_other_bits(&[device, &again], twin, &inputs) {
+            Ok(None) => {
+                figures.push(holds(twin.name, true));
+                continue;
+            }
+            Ok(Some(run)) => format!("the bits of run {run} are not those of the first"),
+            Err(error) => error.to_string(),
+        };
+        return Err(capture(device, twin.name, "again", &inputs, reason));
     }
     Ok(figures)
+}
+
+/// The first of some runs on devices in turn whose bits are not those of the run before them all.
+fn first_other_bits(
+    devices: &[&Device],
+    twin: &Twin,
+    inputs: &[Named],
+) -> Result<Option<usize>, Error> {
+    let (first, _) = twin.compare(devices[0], inputs)?;
+    for run in 1..4 {
+        let (other, _) = twin.compare(devices[run % devices.len()], inputs)?;
+        let mut stages = first.iter().zip(&other);
+        let alike = |(a, b): (&Comparison, &Comparison)| a.gpu.has_bits_of(&b.gpu);
+        if first.len() != other.len() || !stages.all(alike) {
+            return Ok(Some(run));
+        }
+    }
+    Ok(None)
 }

@@ -247,6 +247,18 @@ pub(super) fn repetitions(device: &Device) -> Outcome {
             figures.push(holds(name, right));
         }
     }
+    // A dispatch and a download each.
+    let endless = program.run_times(u32::MAX);
+    figures.push(holds(
+        "more than a submission holds",
+        matches!(
+            endless,
+            Err(Error::Repetitions {
+                most: 2_097_152,
+                ..
+            })
+        ),
+    ));
     // Commands between the passes, and a download in the middle.
     let mut mixed = Recording::new("mixed");
     let data = mixed.buffer_from("data", &vec![1_u32; len]);

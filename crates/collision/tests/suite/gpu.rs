@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use glam::{DQuat, DVec3, Vec3};
 use vertebra_collision::gpu::{Collider, Device, Error, Links, Query, SelfQuery};
 use vertebra_collision::{Culling, Method, PoseProblem, QueryError, Side, TriangleMesh};
+use vertebra_gpu::tests_are_left_out;
 use vertebra_spatial::Pose;
 
 use crate::support::{Random, cuboid, exploded, gold_mesh, step_f32};
@@ -12,15 +13,7 @@ use crate::support::{Random, cuboid, exploded, gold_mesh, step_f32};
 /// The device of all tests.
 pub(crate) fn device() -> Option<&'static Device> {
     static DEVICE: OnceLock<Option<Device>> = OnceLock::new();
-    let open = || {
-        let opened = Device::auto();
-        if std::env::var_os("CI").is_some() {
-            return Some(opened.unwrap());
-        }
-        opened
-            .inspect_err(|error| eprintln!("nothing is tested on a GPU: {error}"))
-            .ok()
-    };
+    let open = || (!tests_are_left_out()).then(|| Device::auto().unwrap());
     DEVICE.get_or_init(open).as_ref()
 }
 

@@ -374,7 +374,11 @@ pub(super) fn solve<T: Real, L: Real>(
                 }
                 a = across;
             }
-            _ => respond(columns, &own.freedoms[dofs], &tip, &mut a, qdd),
+            _ => {
+                // A correction need not be exact.
+                let solutions = if given.jumps.is_some() { 1 } else { 2 };
+                respond(columns, &own.freedoms[dofs], &tip, solutions, &mut a, qdd);
+            }
         }
         own.accelerations[slot - first] = match given.jumps {
             Some(jumps) => a + jumps[slot],

@@ -26,10 +26,9 @@ use super::rake::Rake;
 use super::solution::Acting;
 use super::split::{Divide, Fault, Outcome, PARALLEL_BODIES, Slots, divide, for_each};
 use super::tree::{Descent, Rakes, Tree};
-use crate::link::Kind;
 use crate::refine::{enlarge, left};
 use vertebra_spatial::matrix6::add_scaled;
-use vertebra_spatial::{Force, Motion, Real};
+use vertebra_spatial::{Force, Motion, Real, Vec3};
 
 /// Memory of the corrections, one entry a slot unless it says otherwise.
 #[derive(Clone, Debug)]
@@ -167,7 +166,7 @@ impl<T: Real, L: Real> Tree<T, L> {
                 rest -= taken;
                 enlarge(&mut size, taken.to_array());
             }
-            for raked in plan.rakes[slot].into_iter().flatten() {
+            for &raked in plan.rakes[slot].iter().flatten() {
                 let taken = self.taken(&self.wrenches, raked);
                 rest -= taken;
                 enlarge(&mut size, taken.to_array());
@@ -306,11 +305,11 @@ impl<T: Real, L: Real> Given<'_, T, L> {
     /// from the body's acceleration without its jump, which therefore moves them.
     fn bias(&self, slot: usize, share: f64) -> Force<T> {
         let mut bias = -self.corrections.loads[slot];
-        let rakes = self.rakes.plan.rakes[slot];
+        let rakes = &self.rakes.plan.rakes[slot];
         if rakes[0].is_some() {
             let arm = self.rakes.places.bodies[slot].arm;
             let jump = self.corrections.jumps[slot].shifted(arm);
-            for raked in rakes.into_iter().flatten() {
+            for &raked in rakes.iter().flatten() {
                 bias += self.rakes.bias(raked, jump);
             }
         }
@@ -322,7 +321,7 @@ impl<T: Real, L: Real> Given<'_, T, L> {
         let placed = &self.rakes.places.bodies[slot];
         let jump = self.corrections.jumps[slot].shifted(placed.arm);
         let mut bias = -self.corrections.loads[slot] - placed.inertia.mul(jump);
-        for raked in self.rakes.plan.rakes[slot].into_iter().flatten() {
+        for &raked in self.rakes.plan.rakes[slot].iter().flatten() {
             bias += self.rakes.bias(raked, Motion::ZERO);
         }
         bias * T::HALF
@@ -355,13 +354,7 @@ impl<T: Real, L: Real> Given<'_, T, L> {
             let dofs = plan.dofs_of(slot);
             let columns = &self.rakes.places.columns[dofs.clone()];
             let freedoms = &mut own.freedoms[dofs.start - first_dof..dofs.end - first_dof];
-            let_go(
-                plan.links[slot].kind,
-                columns,
-                freedoms,
-                &mut bias,
-                &mut drift,
-            );
+            let_go(columns, freedoms, &mut bias, &mut drift);
             if inner || slot > first {
                 bias = bias.shifted_back(placed.offset);
             }
@@ -401,8 +394,8 @@ impl<T: Real, L: Real> Given<'_, T, L> {
 
 /// [`Interior::let_go`](super::interior::Interior::let_go) of a bias force, about the joint's origin, and
 /// of the tip's acceleration, where no joint force acts and nothing moves.
+#[inline]
 fn let_go<T: Real>(
-    kind: Kind,
     columns: &[Motion<T>],
     freedoms: &mut [Freedom<T>],
     bias: &mut Force<T>,
@@ -427,10 +420,11 @@ fn let_go<T: Real>(
         passed += freedoms[k].column * drive;
         add_scaled(drift, &freedoms[k].tip, drive);
     }
-    match kind {
-        Kind::Spherical => passed.angular = Force::ZERO.angular,
-        Kind::Free => passed = Force::ZERO,
-        _ => {}
+    // As in the solution, what these let go is exactly nothing.
+    match columns.len() {
+        0 => {}
+        3 => passed.angular = Vec3::ZERO,
+        _ => passed = Force::ZERO,
     }
     *bias = passed;
 }

@@ -296,13 +296,14 @@ fn pivot<T: Real>(d: T, floor: T, column: Force<T>, tip: [T; 6], drive: T) -> Op
 /// Down through a joint: adds S qdd to the acceleration a' = X a + c of the body beyond, given f2 at
 /// the tip, and writes qdd.
 ///
-/// The condition on qdd reads U'a = u + s'f2. It is solved twice: a' may be much larger than a (a
+/// The condition on qdd reads U'a = u + s'f2. It is solved so many times, twice for all digits: a' may be much larger than a (a
 /// light body on a fast joint hardly notices its parent), and then rounding of the order of a' is
 /// left in a; the second solution removes it.
 pub(super) fn respond<T: Real>(
     columns: &[Motion<T>],
     freedoms: &[Freedom<T>],
     f2: &[T; 6],
+    solutions: usize,
     a: &mut Motion<T>,
     qdd: &mut [T],
 ) {
@@ -310,13 +311,16 @@ pub(super) fn respond<T: Real>(
         let wanted = freedom.drive + dot(&freedom.tip, f2);
         let first = (wanted - a.dot(freedom.column)) * freedom.pivot[0];
         *a += *column * first;
-        let second = (wanted - a.dot(freedom.column)) * freedom.pivot[0];
-        *a += *column * second;
-        *qdd = first + second;
+        *qdd = first;
+        if solutions > 1 {
+            let second = (wanted - a.dot(freedom.column)) * freedom.pivot[0];
+            *a += *column * second;
+            *qdd += second;
+        }
         return;
     }
     qdd.fill(T::ZERO);
-    for _ in 0..2 {
+    for _ in 0..solutions {
         // L'qdd = L^-1 u + (s L'^-1)'f2 - (U L'^-1)'a.
         let mut rest = [T::ZERO; 6];
         for (rest, freedom) in rest.iter_mut().zip(freedoms) {

@@ -16,7 +16,7 @@ mod interior;
 mod join;
 mod leaf;
 mod place;
-mod plan;
+pub(crate) mod plan;
 mod rake;
 mod solution;
 mod split;
@@ -119,7 +119,8 @@ impl DcaWorkspace {
         let bodies = model.bodies();
         let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
         let gathering = options.schedule.unwrap_or_else(|| suited(options.chunks));
-        let schedule = Schedule::of_tree(&parents, &weights, &gathering)?;
+        let cuts = plan::cut_weights(model, &weights, options.tree.epsilon());
+        let schedule = Schedule::of_tree(&parents, &cuts, &gathering)?;
         let trees = match (options.chunks, options.tree) {
             (Precision::F32, _) => Trees::F32(Tree::new(model, schedule, &weights)),
             (Precision::F64, Precision::F32) => Trees::Mixed(Tree::new(model, schedule, &weights)),

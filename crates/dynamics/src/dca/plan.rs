@@ -13,7 +13,7 @@ use vertebra_spatial::{Real, SmallCholesky, Sym3};
 
 /// How a chunk ends outboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Outboard {
+pub(crate) enum Outboard {
     /// With a light tail: nothing beyond.
     Free,
     /// With the inboard half of a cut body, which the recursion starts from.
@@ -26,23 +26,23 @@ pub(super) enum Outboard {
 
 /// Where the arrays of a chunk start.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Extent {
-    pub(super) chunk: usize,
-    pub(super) slot: usize,
-    pub(super) dof: usize,
+pub(crate) struct Extent {
+    pub(crate) chunk: usize,
+    pub(crate) slot: usize,
+    pub(crate) dof: usize,
     /// Chunks that start at a cut body.
-    pub(super) inner: usize,
+    pub(crate) inner: usize,
     /// Chunks that end with a leaf.
-    pub(super) leaf: usize,
+    pub(crate) leaf: usize,
     /// Chunks that are joined to others.
-    pub(super) node: usize,
+    pub(crate) node: usize,
     /// Chunks that are a whole path raked onto a body.
-    pub(super) rake: usize,
+    pub(crate) rake: usize,
 }
 
 impl Extent {
     /// From `start` to here.
-    pub(super) const fn beyond(&self, start: &Self) -> Self {
+    pub(crate) const fn beyond(&self, start: &Self) -> Self {
         Self {
             chunk: self.chunk - start.chunk,
             slot: self.slot - start.slot,
@@ -57,7 +57,7 @@ impl Extent {
 
 /// What a path starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Inboard {
+pub(crate) enum Inboard {
     /// The world.
     World,
     /// Another path's body, by its slot.
@@ -68,30 +68,30 @@ pub(super) enum Inboard {
 
 /// The join that a part becomes part of, and on which side.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Parent {
-    pub(super) join: usize,
-    pub(super) outboard: bool,
+pub(crate) struct Parent {
+    pub(crate) join: usize,
+    pub(crate) outboard: bool,
 }
 
 /// One chunk.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ChunkPlan {
-    pub(super) inboard: Inboard,
-    pub(super) outboard: Outboard,
+pub(crate) struct ChunkPlan {
+    pub(crate) inboard: Inboard,
+    pub(crate) outboard: Outboard,
     /// Share of its last body: 1/2 if it is cut.
-    pub(super) last_share: f64,
+    pub(crate) last_share: f64,
     /// None for a path of a single chunk.
-    pub(super) parent: Option<Parent>,
+    pub(crate) parent: Option<Parent>,
 }
 
 impl ChunkPlan {
     /// Whether it starts at a cut body.
-    pub(super) const fn is_inner(&self) -> bool {
+    pub(crate) const fn is_inner(&self) -> bool {
         matches!(self.inboard, Inboard::Cut(_))
     }
 
     /// Where its path starts, if that is here: at the slot `first`.
-    pub(super) const fn head(&self, first: usize) -> Option<Head> {
+    pub(crate) const fn head(&self, first: usize) -> Option<Head> {
         let carrier = match self.inboard {
             Inboard::Cut(_) => return None,
             Inboard::Carrier(slot) => Some(slot),
@@ -106,35 +106,35 @@ impl ChunkPlan {
 
 /// A part of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(crate) enum Part {
     Chunk(usize),
     Join(usize),
 }
 
 /// Where a path starts.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Head {
+pub(crate) struct Head {
     /// Slot of its first body.
-    pub(super) slot: usize,
+    pub(crate) slot: usize,
     /// Slot of the body that carries it; none for the world.
-    pub(super) carrier: Option<usize>,
+    pub(crate) carrier: Option<usize>,
 }
 
 /// One join.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct JoinPlan {
-    pub(super) inboard: Part,
-    pub(super) outboard: Part,
+pub(crate) struct JoinPlan {
+    pub(crate) inboard: Part,
+    pub(crate) outboard: Part,
     /// Where the path starts, if this part does: the join is then of the head's form.
-    pub(super) head: Option<Head>,
-    pub(super) parent: Option<Parent>,
+    pub(crate) head: Option<Head>,
+    pub(crate) parent: Option<Parent>,
     /// The cut body's slot.
-    pub(super) cut: usize,
+    pub(crate) cut: usize,
 }
 
 /// What is raked onto a body.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Raked {
+pub(crate) enum Raked {
     /// A path of one chunk, by its entry among the chunks of that kind, and its head's slot.
     Chunk { rake: usize, head: usize },
     /// A path of several, by its join and its head's slot.
@@ -145,32 +145,32 @@ pub(super) enum Raked {
 
 /// The constant part of a solver over an assembly tree.
 #[derive(Clone, Debug)]
-pub(super) struct Plan<T> {
-    pub(super) schedule: Schedule,
+pub(crate) struct Plan<T> {
+    pub(crate) schedule: Schedule,
     /// Body of each slot, and slot of each body.
-    pub(super) bodies: Vec<u32>,
-    pub(super) slots: Vec<u32>,
-    pub(super) links: Vec<Link<T>>,
-    pub(super) frames: Vec<BodyFrame<T>>,
+    pub(crate) bodies: Vec<u32>,
+    pub(crate) slots: Vec<u32>,
+    pub(crate) links: Vec<Link<T>>,
+    pub(crate) frames: Vec<BodyFrame<T>>,
     /// Whether a slot's handle point is its centre of mass.
-    pub(super) at_center: Vec<bool>,
+    pub(crate) at_center: Vec<bool>,
     /// Start of each slot's freedoms, one entry more than slots.
-    pub(super) dofs: Vec<u32>,
+    pub(crate) dofs: Vec<u32>,
     /// Each freedom's place in the model's order.
-    pub(super) model_dofs: Vec<u32>,
-    pub(super) chunks: Vec<ChunkPlan>,
+    pub(crate) model_dofs: Vec<u32>,
+    pub(crate) chunks: Vec<ChunkPlan>,
     /// One entry more than chunks.
-    pub(super) extents: Vec<Extent>,
-    pub(super) joins: Vec<JoinPlan>,
+    pub(crate) extents: Vec<Extent>,
+    pub(crate) joins: Vec<JoinPlan>,
     /// What is raked onto each slot's body: at most two.
-    pub(super) rakes: Vec<[Option<Raked>; 2]>,
+    pub(crate) rakes: Vec<[Option<Raked>; 2]>,
     /// The parts of each rake sum.
-    pub(super) sums: Vec<[Raked; 2]>,
+    pub(crate) sums: Vec<[Raked; 2]>,
 }
 
-/// The weights by which bodies are chosen to be cut: their masses, but none for bodies whose inertia
-/// has no inverse in this precision (points, lines).
-pub(super) fn weights(model: &Model, epsilon: f64) -> Vec<f64> {
+/// The weights of the bodies: their masses, but none for those whose inertia has no inverse in this
+/// precision (points, lines).
+pub(crate) fn weights(model: &Model, epsilon: f64) -> Vec<f64> {
     let weight = |body: &Body| {
         let central = Sym3::<f64>::from_glam(body.mass.inertia);
         let m = central.to_mat3();
@@ -187,8 +187,52 @@ pub(super) fn weights(model: &Model, epsilon: f64) -> Vec<f64> {
     model.bodies().iter().map(weight).collect()
 }
 
+/// The weights by which bodies are chosen to be cut, from their [`weights`] m and from what side branches
+/// carry: sqrt(m (m + side)).
+///
+/// A body that heavy branches hang from is best cut: inside a chunk their inertia comes out at both
+/// ends, beside the light bodies there. But a light body under heavy branches is heavy in some
+/// directions only, and its half is no good end, none at all where the ratio has more digits than the
+/// tree (`docs/accuracy.md` compares the choices). What a joint of d freedoms passes on of the inertia
+/// beyond is taken as 1 - d/6 of it; the path is assumed to go on with the largest subtree.
+pub(crate) fn cut_weights(model: &Model, weights: &[f64], epsilon: f64) -> Vec<f64> {
+    #[derive(Clone, Copy, Default)]
+    struct Children {
+        bodies: usize,
+        passed: f64,
+        largest: usize,
+        passed_by_largest: f64,
+    }
+    let mut children = vec![Children::default(); weights.len()];
+    let mut cuts = vec![0.0; weights.len()];
+    for (index, body) in model.bodies().iter().enumerate().rev() {
+        let below = children[index];
+        let (own, side) = (weights[index], below.passed - below.passed_by_largest);
+        let side = if side * 16.0 * epsilon > own {
+            0.0
+        } else {
+            side.max(0.0)
+        };
+        cuts[index] = (own * (own + side)).sqrt();
+        if let Some(parent) = body.parent {
+            let freedoms = u32::try_from(body.dof_range().len()).unwrap_or(6);
+            let kept = 1.0 - f64::from(freedoms) / 6.0;
+            let passed = (body.mass.mass + below.passed) * kept;
+            let above = &mut children[parent.index()];
+            let bodies = below.bodies + 1;
+            above.bodies += bodies;
+            above.passed += passed;
+            if bodies >= above.largest {
+                above.largest = bodies;
+                above.passed_by_largest = passed;
+            }
+        }
+    }
+    cuts
+}
+
 impl<T: Real> Plan<T> {
-    pub(super) fn new(model: &Model, schedule: Schedule, weights: &[f64]) -> Self {
+    pub(crate) fn new(model: &Model, schedule: Schedule, weights: &[f64]) -> Self {
         let order = schedule.order();
         let mut bodies = Vec::with_capacity(order.len());
         for chunk in schedule.chunks() {
@@ -221,17 +265,17 @@ impl<T: Real> Plan<T> {
     }
 
     /// Number of slots.
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.bodies.len()
     }
 
     /// The slots of a chunk.
-    pub(super) fn slots_of(&self, chunk: usize) -> core::ops::Range<usize> {
+    pub(crate) fn slots_of(&self, chunk: usize) -> core::ops::Range<usize> {
         self.extents[chunk].slot..self.extents[chunk + 1].slot
     }
 
     /// The freedoms of a slot.
-    pub(super) fn dofs_of(&self, slot: usize) -> core::ops::Range<usize> {
+    pub(crate) fn dofs_of(&self, slot: usize) -> core::ops::Range<usize> {
         self.dofs[slot] as usize..self.dofs[slot + 1] as usize
     }
 

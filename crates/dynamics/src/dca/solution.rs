@@ -87,7 +87,7 @@ impl<T: Real, L: Real> Tree<T, L> {
                     placed.inertia.mul(response) - loads[slot]
                 }
             };
-            for raked in self.plan.rakes[slot].into_iter().flatten() {
+            for &raked in self.plan.rakes[slot].iter().flatten() {
                 f += self.taken(before, raked);
             }
             if slot == last {
@@ -97,7 +97,9 @@ impl<T: Real, L: Real> Tree<T, L> {
                 let next = self.places.bodies[slot + 1].offset;
                 f += own[slot + 1 - first].shifted_back(next);
             }
-            let f = f.shifted_back(placed.arm);
+            if self.plan.at_center[slot] {
+                f = f.shifted_back(placed.arm);
+            }
             own[slot - first] = self.along_freedoms(slot, f, acting);
         }
     }
@@ -118,15 +120,15 @@ impl<T: Real, L: Real> Tree<T, L> {
 
     /// Replaces the part of a force along a joint's freedoms by the joint force.
     fn along_freedoms(&self, slot: usize, f: Force<T>, acting: &Acting<'_, T>) -> Force<T> {
-        let link = &self.plan.links[slot];
         let columns = &self.places.columns[self.plan.dofs_of(slot)];
         let mut tau = [T::ZERO; 6];
         if let Acting::All(forces, scales) = acting {
+            let first = self.plan.links[slot].v;
             for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
-                *tau = T::from_f64(forces.joint[link.v + k] / scales.force[link.v + k]);
+                *tau = T::from_f64(forces.joint[first + k] / scales.force[first + k]);
             }
         }
-        transmitted(link.kind, f, columns, &tau)
+        transmitted(f, columns, &tau)
     }
 
     /// All that [`residual`](crate::residual) asks for.

@@ -1,0 +1,246 @@
+//! Divide and conquer on a device: against the reference over all shapes, its steps against the CPU's,
+//! the same bits on each run, and what happens to a step that overflows.
+
+use super::{holds, is_software};
+use crate::suite::{Figure, Outcome, relative_error};
+use vertebra::dynamics::gpu::{Options, Simulation};
+use vertebra::generate::{self, RandomTree, Rod};
+use vertebra::schedule::ScheduleOptions;
+use vertebra::{
+    Error, Forces, Integrator, Model, Precision, Random, State, Workspace, Wrench, aba,
+};
+use vertebra_gpu::Device;
+use vertebra_gpu::wgpu::Features;
+
+/// Chunks and joins, and the largest error on bodies of about the same mass.
+fn precisions(device: &Device) -> Vec<(Precision, Precision, f64)> {
+    let mut list = vec![(Precision::F32, Precision::F32, 1e-3)];
+    if device.features().contains(Features::SHADER_F64) {
+        list.push((Precision::F64, Precision::F32, 5e-5));
+        list.push((Precision::F64, Precision::F64, 1e-11));
+    }
+    list
+}
+
+fn options(chunks: Precision, tree: Precision, window: usize) -> Options {
+    Options {
+        chunks: Some(chunks),
+        tree: Some(tree),
+        schedule: Some(ScheduleOptions::with_window(window)),
+        ..Options::default()
+    }
+}
+
+fn inputs(model: &Model, seed: u64) -> (State, Forces) {
+    let mut random = Random::new(seed);
+    let mut forces = Forces::none(model);
+    forces.joint.fill_with(|| random.symmetric());
+    let bodies: Vec<_> = model.body_ids().collect();
+    for turn in 0..4 {
+        let wrench = Wrench::at_point(random.direction() * 5.0, random.direction() * 0.1);
+        let wrench = wrench.with_torque(random.direction());
+        let wrench = if turn % 2 == 0 {
+            wrench
+        } else {
+            wrench.in_body_axes()
+        };
+        forces.push(bodies[random.below(bodies.len())], wrench);
+    }
+    (State::random(model, seed), forces)
+}
+
+/// Chains and trees of all joints, fixed and floating, forests, chunks short and long.
+pub(super) fn accelerations(device: &Device) -> Outcome {
+    let mut models = Vec::new();
+    for count in [1, 2, 3, 33, 300] {
+        let chain = generate::random_chain(count, &Rod::default(), count as u64)?;
+        models.push((format!("chain of {count}"), 8, chain));
+    }
+    let mut seed = 0;
+    for count in [5, 60, 500] {
+        for (reach, window, articulations) in [(1, 8, 1), (3, 2, 2), (8, 8, 5), (count, 4, 1)] {
+            seed += 1;
+            let tree = RandomTree {
+                count,
+                reach,
+                articulations,
+                floating: seed % 2 == 0,
+                mixed: true,
+            };
+            let name = format!("tree of {count}, reach {reach}, window {window}");
+            models.push((name, window, generate::random_tree(&tree, seed)?));
+        }
+    }
+    let mut figures = Vec::new();
+    for (name, window, model) in &models {
+        let (state, forces) = inputs(model, 7);
+        let mut reference = Workspace::new(model, Precision::Reference);
+        let exact = aba(model, &state, &forces, &mut reference)?;
+        for (chunks, tree, bound) in precisions(device) {
+            let mut simulation = Simulation::on(device, model, &options(chunks, tree, *window))?;
+            simulation.set_state(&state)?;
+            simulation.set_forces(&forces)?;
+            let error = relative_error(&simulation.accelerations()?, exact);
+            figures.push(Figure::new(
+                format!("{name}, {chunks} over {tree}"),
+                error,
+                bound,
+            ));
+        }
+    }
+    Ok(figures)
+}
+
+/// A long chain: many levels in many workgroups.
+pub(super) fn long_chain(device: &Device) -> Outcome {
+    let count = if is_software(device) { 2000 } else { 65_536 };
+    let model = generate::random_chain(count, &Rod::default(), 1)?;
+    let (state, forces) = inputs(&model, 2);
+    let mut reference = Workspace::new(&model, Precision::Reference);
+    let exact = aba(&model, &state, &forces, &mut reference)?;
+    let mut figures = Vec::new();
+    for (chunks, tree, bound) in precisions(device) {
+        let mut simulation = Simulation::on(device, &model, &options(chunks, tree, 8))?;
+        simulation.set_state(&state)?;
+        simulation.set_forces(&forces)?;
+        let error = relative_error(&simulation.accelerations()?, exact);
+        // A bound for chains of hundreds, times the walk to this length.
+        let bound = bound * (count as f64 / 1000.0).sqrt().max(1.0);
+        figures.push(Figure::new(
+            format!("{count} bodies, {chunks} over {tree}"),
+            error,
+            bound,
+        ));
+    }
+    Ok(figures)
+}
+
+/// Steps of both integrators, and the poses after them.
+pub(super) fn steps(device: &Device) -> Outcome {
+    let tree = RandomTree {
+        count: 100,
+        reach: 4,
+        articulations: 2,
+        floating: true,
+        mixed: true,
+    };
+    let model = generate::random_tree(&tree, 11)?;
+    let (state, forces) = inputs(&model, 12);
+    let mut figures = Vec::new();
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        let mut cpu = vertebra::Simulation::new(model.clone())?.with_integrator(integrator);
+        cpu.set_state(state.clone())?;
+        *cpu.forces_mut() = forces.clone();
+        for _ in 0..18 {
+            cpu.step(1e-4)?;
+        }
+        for (chunks, tree, bound) in precisions(device) {
+            let options = Options {
+                integrator,
+                ..options(chunks, tree, 4)
+            };
+            let mut gpu = Simulation::on(device, &model, &options)?;
+            gpu.set_state(&state)?;
+            gpu.set_forces(&forces)?;
+            gpu.steps(1e-4, 18)?;
+            let moved = gpu.state()?;
+            let name = |what| format!("{what}, {integrator:?}, {chunks} over {tree}");
+            let expected = cpu.state();
+            let q = relative_error(&moved.q, &expected.q);
+            figures.push(Figure::new(name("positions"), q, bound));
+            let qd = relative_error(&moved.qd, &expected.qd);
+            figures.push(Figure::new(name("rates"), qd, bound));
+            let mut apart = 0.0_f64;
+            for (body, pose) in model.body_ids().zip(gpu.poses()?) {
+                let expected = cpu.pose(body)?;
+                let angle = 1.0 - pose.rotation.dot(expected.rotation).abs();
+                let scale = 1.0 + expected.translation.length();
+                let distance = (pose.translation - expected.translation).length() / scale;
+                apart = apart.max(angle).max(distance);
+            }
+            figures.push(Figure::new(name("poses"), apart, 10.0 * bound));
+        }
+    }
+    Ok(figures)
+}
+
+/// The same steps twice, and in one call or several.
+pub(super) fn same_bits(device: &Device) -> Outcome {
+    let count = if is_software(device) { 300 } else { 5000 };
+    let model = generate::random_tree(&RandomTree::mixed(count), 3)?;
+    let (state, forces) = inputs(&model, 4);
+    let run = |calls: &[usize]| -> anyhow::Result<State> {
+        let mut simulation = Simulation::on(device, &model, &Options::default())?;
+        simulation.set_state(&state)?;
+        simulation.set_forces(&forces)?;
+        for &count in calls {
+            simulation.steps(1e-4, count)?;
+        }
+        Ok(simulation.state()?)
+    };
+    let once = run(&[20])?;
+    Ok(vec![
+        holds("twice", once == run(&[20])?),
+        holds("in several calls", once.q == run(&[3, 16, 1])?.q),
+    ])
+}
+
+/// Energy after many small steps of a random chain: its drift is at most ten times that on the CPU.
+pub(super) fn many_steps(device: &Device) -> Outcome {
+    let software = is_software(device);
+    let (bodies, count) = if software { (64, 200) } else { (2048, 10_000) };
+    let h = 1e-5;
+    let model = generate::random_chain(bodies, &Rod::default(), 1)?;
+    let mut state = State::random(&model, 2);
+    state.qd.fill(0.0);
+    let mut cpu = vertebra::Simulation::new(model.clone())?;
+    cpu.set_state(state.clone())?;
+    let before = energy(&mut cpu)?;
+    for _ in 0..count {
+        cpu.step(h)?;
+    }
+    let on_cpu = (energy(&mut cpu)? - before).abs();
+    let mut gpu = Simulation::on(device, &model, &Options::default())?;
+    gpu.set_state(&state)?;
+    gpu.steps(h, count)?;
+    cpu.set_state(gpu.state()?)?;
+    let on_gpu = (energy(&mut cpu)? - before).abs();
+    // Sums of that many terms are no better.
+    let rounding = 1e-12 * before.abs();
+    let bound = 10.0 * on_cpu + rounding;
+    Ok(vec![Figure::new("drift of energy [J]", on_gpu, bound)])
+}
+
+fn energy(simulation: &mut vertebra::Simulation) -> anyhow::Result<f64> {
+    let sums = simulation.mechanics()?;
+    Ok(sums.kinetic_energy + sums.potential_energy)
+}
+
+/// A step that overflows names a body and itself, and leaves the state.
+pub(super) fn overflow(device: &Device) -> Outcome {
+    let model = generate::random_chain(50, &Rod::default(), 1)?;
+    let mut simulation = Simulation::on(device, &model, &Options::default())?;
+    let mut state = State::random(&model, 2);
+    state.qd.fill(1e30);
+    simulation.set_state(&state)?;
+    let refused = simulation.steps(1e9, 40);
+    let named = match &refused {
+        Err(Error::Step { source, .. }) => {
+            matches!(&**source, Error::Overflow { body, .. } if !body.is_empty())
+        }
+        _ => false,
+    };
+    let kept = simulation.state()?;
+    let finite = kept.q.iter().chain(&kept.qd).all(|x| x.is_finite());
+    let good = State::random(&model, 3);
+    simulation.set_state(&good)?;
+    simulation.step(1e-4)?;
+    let mut again = Simulation::on(device, &model, &Options::default())?;
+    again.set_state(&good)?;
+    again.step(1e-4)?;
+    Ok(vec![
+        holds("a body is named", named),
+        holds("the state is kept", finite),
+        holds("it goes on", simulation.state()? == again.state()?),
+    ])
+}

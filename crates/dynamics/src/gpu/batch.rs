@@ -1,0 +1,417 @@
+//! Many states of one model on a GPU.
+
+mod engine;
+mod memory;
+mod poses;
+mod schedule;
+mod tree;
+
+use crate::{Error, Forces, Integrator, Precision, cost};
+use engine::{Engine, Failure, Fixed};
+use schedule::Schedule;
+use tree::Tree;
+use vertebra_assembly::{Model, State};
+use vertebra_gpu::Device;
+use vertebra_gpu::wgpu::Features;
+use vertebra_shaders::BATCH_LANES;
+use vertebra_spatial::Pose;
+
+/// What a [`Batch`] is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BatchOptions {
+    /// Precision of everything on the device, the states too.
+    pub precision: Precision,
+    /// How steps are taken.
+    pub integrator: Integrator,
+    /// Lanes among which the bodies of an item are shared out, 1, 2, 4 or 8; none for the number that is
+    /// expected to be the fastest.
+    pub lanes: Option<u32>,
+}
+
+/// Many states of one model that live on a GPU: their accelerations, steps in time, poses.
+///
+/// States and forces are uploaded when they are set and come back when they are asked for; steps
+/// in between stay on the device. An item that fails keeps the state before the step; the others go on.
+///
+/// ```
+/// use vertebra_assembly::{State, generate};
+/// use vertebra_dynamics::gpu::{Batch, BatchOptions};
+/// use vertebra_gpu::Device;
+///
+/// let model = generate::random_chain(7, &generate::Rod::default(), 7)?;
+/// let states: Vec<_> = (0..100).map(|seed| State::random(&model, seed)).collect();
+/// # if vertebra_gpu::tests_are_left_out() { return Ok(()); }
+/// let mut batch = Batch::new(&Device::auto()?, &model, 100, &BatchOptions::default())?;
+/// batch.set_states(&states)?;
+/// batch.steps(1e-3, 10)?;
+/// assert_eq!(batch.states()?.len(), 100);
+/// # Ok::<(), vertebra_dynamics::Error>(())
+/// ```
+pub struct Batch {
+    fixed: Fixed,
+    engine: AnyEngine,
+    precision: Precision,
+    /// Time of each item when its state was set \[s\].
+    start: Vec<f64>,
+    /// Steps since: lengths \[s\], and how many there were of each in a row.
+    steps: Vec<(f64, u32)>,
+    time: Option<f64>,
+}
+
+enum AnyEngine {
+    Single(Box<Engine<f32>>),
+    Double(Box<Engine<f64>>),
+}
+
+macro_rules! in_precision {
+    ($engine:expr, $name:ident => $body:expr) => {
+        match $engine {
+            AnyEngine::Single($name) => $body,
+            AnyEngine::Double($name) => $body,
+        }
+    };
+}
+
+impl AnyEngine {
+    fn new(fixed: &Fixed, precision: Precision, pushed: Vec<usize>) -> Result<Self, Error> {
+        Ok(match precision {
+            Precision::F32 => Self::Single(Box::new(Engine::new(fixed, pushed)?)),
+            _ => Self::Double(Box::new(Engine::new(fixed, pushed)?)),
+        })
+    }
+
+    fn with_pushed(&self, fixed: &Fixed, pushed: Vec<usize>) -> Result<Self, Error> {
+        Ok(match self {
+            Self::Single(engine) => Self::Single(Box::new(engine.with_pushed(fixed, pushed)?)),
+            Self::Double(engine) => Self::Double(Box::new(engine.with_pushed(fixed, pushed)?)),
+        })
+    }
+}
+
+impl Batch {
+    /// Takes memory for so many items, all in the neutral state at time 0, without forces but gravity.
+    ///
+    /// # Errors
+    /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::PrecisionUnavailable`] of
+    /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`]; [`Error::Gpu`].
+    pub fn new(
+        device: &Device,
+        model: &Model,
+        items: usize,
+        options: &BatchOptions,
+    ) -> Result<Self, Error> {
+        let computes = match options.precision {
+            Precision::F32 => true,
+            Precision::F64 => device.features().contains(Features::SHADER_F64),
+            Precision::Reference => false,
+        };
+        if !computes {
+            return Err(Error::PrecisionUnavailable {
+                adapter: device.info().name.clone(),
+                precision: options.precision,
+            });
+        }
+        let lanes = match options.lanes {
+            Some(lanes) => lanes.clamp(1, 8).next_power_of_two(),
+            None => lanes_for(model, items),
+        };
+        let fixed = Fixed::new(
+            device,
+            model,
+            (items, lanes as usize, options.integrator.try_into()?),
+        );
+        let mut batch = Self {
+            engine: AnyEngine::new(&fixed, options.precision, Vec::new())?,
+            precision: options.precision,
+            start: Vec::new(),
+            steps: Vec::new(),
+            time: None,
+            fixed,
+        };
+        batch.set_states(&vec![State::neutral(model); items])?;
+        Ok(batch)
+    }
+
+    /// Number of items.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.fixed.items
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.fixed.items == 0
+    }
+
+    /// The precision it works in.
+    #[must_use]
+    pub fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    /// Lanes among which the bodies of an item are shared out.
+    #[must_use]
+    pub fn lanes(&self) -> usize {
+        self.fixed.schedule.lanes
+    }
+
+    /// Replaces the states of all items.
+    ///
+    /// # Errors
+    /// [`Error::ItemCount`]; [`Error::Item`] with the first that does not fit the model; then all are as they
+    /// were. [`Error::Gpu`].
+    pub fn set_states(&mut self, states: &[State]) -> Result<(), Error> {
+        let model = &self.fixed.model;
+        self.check(states, |state| Ok(state.check(model)?))?;
+        let fixed = &self.fixed;
+        in_precision!(&mut self.engine, engine => engine.set_states(fixed, states))?;
+        self.start = states.iter().map(|state| state.time).collect();
+        self.steps.clear();
+        Ok(())
+    }
+
+    /// Replaces the forces that act on the items from now on.
+    ///
+    /// # Errors
+    /// [`Error::ItemCount`]; [`Error::Item`] with the first that do not fit the model; then all are as they
+    /// were. [`Error::Gpu`].
+    pub fn set_forces(&mut self, forces: &[Forces]) -> Result<(), Error> {
+        let model = &self.fixed.model;
+        self.check(forces, |forces| forces.check(model))?;
+        let fixed = &self.fixed;
+        let external = forces.iter().flat_map(Forces::external);
+        let mut pushed: Vec<usize> = external
+            .filter_map(|(body, _)| fixed.tree.carrier(body.index()))
+            .collect();
+        pushed.sort_unstable();
+        pushed.dedup();
+        let current = in_precision!(&self.engine, engine => engine.pushed().to_vec());
+        if !pushed.iter().all(|node| current.contains(node)) {
+            self.engine = self.engine.with_pushed(&self.fixed, pushed)?;
+        }
+        let fixed = &self.fixed;
+        in_precision!(&mut self.engine, engine => engine.set_forces(fixed, forces))
+    }
+
+    fn check<T>(&self, given: &[T], check: impl Fn(&T) -> Result<(), Error>) -> Result<(), Error> {
+        if given.len() != self.fixed.items {
+            return Err(Error::ItemCount {
+                expected: self.fixed.items,
+                given: given.len(),
+            });
+        }
+        for (item, one) in given.iter().enumerate() {
+            check(one).map_err(|error| self.item_error(item, 1, error))?;
+        }
+        Ok(())
+    }
+
+    fn item_error(&self, item: usize, failed: usize, error: Error) -> Error {
+        Error::Item {
+            item,
+            failed,
+            count: self.fixed.items,
+            source: Box::new(error),
+        }
+    }
+
+    /// Computes the joint accelerations of all items [rad/s^2 or m/s^2]: item by item, shape
+    /// [items, [`Model::dof_count`]].
+    ///
+    /// # Errors
+    /// [`Error::Item`] with the first item that failed; [`Error::Gpu`].
+    pub fn solve(&mut self) -> Result<Vec<f64>, Error> {
+        self.solve_on_device()?;
+        let failures = self.failures_of(false)?;
+        if let Some(first) = failures.first() {
+            let error = self.error(first);
+            return Err(self.item_error(first.item, failures.len(), error));
+        }
+        let fixed = &self.fixed;
+        in_precision!(&self.engine, engine => engine.accelerations(fixed))
+    }
+
+    /// Computes the joint accelerations without reading them or waiting for them, unless times are taken.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn solve_on_device(&mut self) -> Result<(), Error> {
+        let fixed = &self.fixed;
+        self.time = in_precision!(&mut self.engine, engine => engine.solve(fixed))?;
+        Ok(())
+    }
+
+    /// The joint accelerations of the last [`solve`](Self::solve), those of each item or why it has none.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn accelerations_of_each(&self) -> Result<Vec<Result<Vec<f64>, Error>>, Error> {
+        let fixed = &self.fixed;
+        let found = in_precision!(&self.engine, engine => engine.accelerations(fixed))?;
+        let dofs = fixed.model.dof_count();
+        let of_item = |item: usize| Ok(found[item * dofs..(item + 1) * dofs].to_vec());
+        let mut each: Vec<_> = (0..fixed.items).map(of_item).collect();
+        for failure in self.failures_of(false)? {
+            each[failure.item] = Err(self.error(&failure));
+        }
+        Ok(each)
+    }
+
+    /// Moves all items on by `h` \[s\].
+    ///
+    /// # Errors
+    /// As [`steps`](Self::steps).
+    pub fn step(&mut self, h: f64) -> Result<(), Error> {
+        self.steps(h, 1)
+    }
+
+    /// Moves all items on by `count` steps of `h` \[s\], without the host between them.
+    ///
+    /// # Errors
+    /// [`Error::Item`] with the first item that failed, now or since states were set: it stands where it
+    /// was before the step that failed, the others have gone on. [`Error::NonFiniteInput`],
+    /// [`Error::Gpu`]; then nothing has moved.
+    pub fn steps(&mut self, h: f64, count: u32) -> Result<(), Error> {
+        self.steps_on_device(h, count)?;
+        let failures = self.failures_of(true)?;
+        match failures.first() {
+            None => Ok(()),
+            Some(first) => {
+                let error = self.error(first);
+                Err(self.item_error(first.item, failures.len(), error))
+            }
+        }
+    }
+
+    /// [`steps`](Self::steps) without waiting for them, unless times are taken;
+    /// [`failures`](Self::failures) says afterwards what failed.
+    ///
+    /// # Errors
+    /// [`Error::NonFiniteInput`], [`Error::Gpu`].
+    pub fn steps_on_device(&mut self, h: f64, count: u32) -> Result<(), Error> {
+        if !h.is_finite() {
+            return Err(Error::NonFiniteInput {
+                quantity: "step",
+                element: "batch".to_owned(),
+                value: h,
+            });
+        }
+        let fixed = &self.fixed;
+        let in_units = h / fixed.model.units().time;
+        self.time =
+            in_precision!(&mut self.engine, engine => engine.steps(fixed, in_units, count))?;
+        match self.steps.last_mut() {
+            Some((length, times)) if *length == h => *times += count,
+            _ => self.steps.push((h, count)),
+        }
+        Ok(())
+    }
+
+    /// The states of all items, those that failed before their failing step.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn states(&self) -> Result<Vec<State>, Error> {
+        let fixed = &self.fixed;
+        let mut states = in_precision!(&self.engine, engine => engine.states(fixed))?;
+        let failures = self.failures_of(true)?;
+        for (item, state) in states.iter_mut().enumerate() {
+            state.time = self.time_after(item, u32::MAX);
+        }
+        for failure in failures {
+            states[failure.item].time = self.time_after(failure.item, failure.step);
+        }
+        Ok(states)
+    }
+
+    /// The items that failed since states were set, in order, and why.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn failures(&self) -> Result<Vec<(usize, Error)>, Error> {
+        let failures = self.failures_of(true)?;
+        Ok(failures.iter().map(|f| (f.item, self.error(f))).collect())
+    }
+
+    fn failures_of(&self, steps: bool) -> Result<Vec<Failure>, Error> {
+        let fixed = &self.fixed;
+        in_precision!(&self.engine, engine => engine.failures(fixed, steps))
+    }
+
+    /// Time of an item after so many steps, or all if there were fewer \[s\].
+    fn time_after(&self, item: usize, mut steps: u32) -> f64 {
+        let mut time = self.start[item];
+        for &(length, times) in &self.steps {
+            let taken = times.min(steps);
+            time += length * f64::from(taken);
+            steps -= taken;
+        }
+        time
+    }
+
+    fn error(&self, failure: &Failure) -> Error {
+        let body = self.fixed.model.bodies()[failure.body].name.clone();
+        let quantity = match failure.why {
+            1 => return Error::SingularJoint { body },
+            2 => "joint acceleration",
+            3 => "joint position or rate",
+            _ => "angle",
+        };
+        Error::Overflow {
+            quantity,
+            body,
+            time: self.time_after(failure.item, failure.step),
+        }
+    }
+
+    /// Poses of all bodies' frames in the world: item by item, shape [items, bodies].
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn poses(&mut self) -> Result<Vec<Pose>, Error> {
+        let fixed = &self.fixed;
+        in_precision!(&mut self.engine, engine => engine.poses(fixed))
+    }
+
+    /// Computes the poses and gives the buffer they are in, for other kernels: of body b and item i
+    /// quaternion x, y, z, w and position \[m\] as two vectors of four numbers, element
+    /// b times the number of items, rounded up to 32, plus i.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn pose_buffer(&mut self) -> Result<&vertebra_gpu::wgpu::Buffer, Error> {
+        let fixed = &self.fixed;
+        in_precision!(&mut self.engine, engine => Ok(engine.update_poses(fixed)?.raw()))
+    }
+
+    /// Takes the time on the device of what follows; [`gpu_time`](Self::gpu_time) tells it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device has no timestamps.
+    pub fn take_times(&mut self) -> Result<(), Error> {
+        in_precision!(&mut self.engine, engine => engine.take_times())
+    }
+
+    /// Time on the device of the last solve or steps \[s\], if it was taken.
+    #[must_use]
+    pub fn gpu_time(&self) -> Option<f64> {
+        self.time
+    }
+}
+
+/// The number of lanes with the least expected time; the smaller of equals.
+fn lanes_for(model: &Model, items: usize) -> u32 {
+    let tree = Tree::new(model);
+    let cost = |lanes: u32| {
+        let schedule = Schedule::new(&tree, lanes as usize);
+        cost::gpu_batch(items, schedule.levels, lanes, schedule.handoff_count)
+    };
+    let mut best = BATCH_LANES[0];
+    for lanes in BATCH_LANES {
+        if cost(lanes) < cost(best) {
+            best = lanes;
+        }
+    }
+    best
+}

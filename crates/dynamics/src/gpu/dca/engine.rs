@@ -1,0 +1,441 @@
+//! Buffers and programs of a simulation: everything that depends on the precisions.
+
+use super::layers::Layered;
+use super::scalar::Scalar;
+use super::tables::{Tables, small};
+use crate::gpu::Explicit;
+use bytemuck::Pod;
+use vertebra_gpu::{
+    AnySlot, Buffer, Device, Error, Kernel, Output, Program, Recording, Shared, Slot, Timing,
+    workgroups,
+};
+use vertebra_shaders::dca::{Advance, Commit, Dca, Layer, Sizes, Way};
+
+/// Entries of `control`.
+pub(super) const STEPS: usize = 1;
+pub(super) const PUSHED: usize = 2;
+pub(super) const PUSHED_SLOTS: usize = 4;
+
+/// Entries of `forces`.
+pub(super) const STEP_SIZE: usize = 3;
+pub(super) const JOINT_FORCES: usize = 4;
+/// Numbers of what pushes a body.
+pub(super) const PUSH: usize = 21;
+
+/// Stages that can fail, in the order of the kernels' constants.
+pub(super) const SINGULAR: &str = "singular";
+pub(super) const UNJOINED: &str = "unjoined";
+pub(super) const OVERFLOW: &str = "overflow";
+
+/// Names of what becomes a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Task {
+    /// So many steps, then all poses.
+    Steps(Explicit, usize),
+    /// Accelerations in the present state.
+    Accelerations,
+    /// The kinematics of the state, which is then worked on.
+    Restore,
+    ReadState,
+    ReadPoses,
+    ReadControl,
+}
+
+/// Memory on the device, in the precisions of chunks and of joins.
+#[derive(Debug)]
+pub(super) struct Engine<T, L> {
+    device: Device,
+    dca: Dca,
+    sizes: Buffer<Sizes>,
+    words: Buffer<u32>,
+    links: Buffer<[T; 4]>,
+    state: Buffer<T>,
+    scratch: Buffer<[T; 4]>,
+    control: Buffer<u32>,
+    forces: Buffer<T>,
+    poses: Buffer<[T; 4]>,
+    nodes: Buffer<[L; 4]>,
+    programs: Vec<(Task, Ready<T>)>,
+    timing: Timing,
+}
+
+/// A program and what is read of it.
+#[derive(Debug)]
+struct Ready<T> {
+    program: Program,
+    dispatches: usize,
+    numbers: Option<Slot<T>>,
+    fours: Option<Slot<[T; 4]>>,
+    control: Option<Slot<u32>>,
+}
+
+/// The buffers of a recording.
+struct Slots<T, L> {
+    sizes: Slot<Sizes>,
+    words: Slot<u32>,
+    links: Slot<[T; 4]>,
+    state: Slot<T>,
+    scratch: Slot<[T; 4]>,
+    control: Slot<u32>,
+    status: Slot<u32>,
+    forces: Slot<T>,
+    poses: Slot<[T; 4]>,
+    nodes: Slot<[L; 4]>,
+}
+
+impl<T: Scalar, L: Scalar> Engine<T, L> {
+    pub(super) fn new(device: &Device, tables: &Tables) -> Result<Self, Error> {
+        let links: Vec<[T; 4]> = tables.links.iter().map(|v| v.map(T::from_f64)).collect();
+        let bodies = tables.bodies.len();
+        Ok(Self {
+            dca: Dca {
+                chunks: T::PRECISION,
+                tree: L::PRECISION,
+            },
+            sizes: device.buffer_from("sizes", &[tables.sizes])?,
+            words: device.buffer_from("words", &tables.words)?,
+            links: device.buffer_from("links", &links)?,
+            state: device.buffer("state", tables.state_len().max(4))?,
+            scratch: device.buffer("scratch", tables.scratch_len())?,
+            control: device.buffer("control", PUSHED_SLOTS + bodies)?,
+            forces: device.buffer("forces", JOINT_FORCES + tables.dofs.len())?,
+            poses: device.buffer("poses", 2 * bodies)?,
+            nodes: device.buffer("nodes", tables.nodes_len().max(1))?,
+            programs: Vec::new(),
+            timing: Timing::Off,
+            device: device.clone(),
+        })
+    }
+
+    pub(super) fn write_state(&self, numbers: &[f64]) -> Result<(), Error> {
+        let mut content = vec![T::zeroed(); self.state.len()];
+        for (to, &from) in content.iter_mut().zip(numbers) {
+            *to = T::from_f64(from);
+        }
+        self.state.write(&content)
+    }
+
+    /// Makes room first if there are more numbers than ever.
+    pub(super) fn write_forces(&mut self, numbers: &[f64]) -> Result<(), Error> {
+        if numbers.len() > self.forces.len() {
+            let len = numbers.len().next_power_of_two();
+            self.forces = self.device.buffer("forces", len)?;
+            // They hold the old buffer.
+            self.programs.clear();
+        }
+        let mut content = vec![T::zeroed(); self.forces.len()];
+        for (to, &from) in content.iter_mut().zip(numbers) {
+            *to = T::from_f64(from);
+        }
+        self.forces.write(&content)
+    }
+
+    pub(super) fn write_control(&self, words: &[u32]) -> Result<(), Error> {
+        self.control.write(words)
+    }
+
+    pub(super) const fn pose_buffer(&self) -> &Buffer<[T; 4]> {
+        &self.poses
+    }
+
+    pub(super) fn take_times(&mut self, timing: Timing) -> Result<(), Error> {
+        self.timing = timing;
+        for (_, ready) in &mut self.programs {
+            ready.program.take_times(timing)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn dispatches(&mut self, tables: &Tables, task: Task) -> Result<usize, Error> {
+        Ok(self.ready(tables, task)?.dispatches)
+    }
+
+    pub(super) fn run(
+        &mut self,
+        tables: &Tables,
+        task: Task,
+    ) -> Result<vertebra_gpu::Pending, Error> {
+        self.ready(tables, task)?.program.run()
+    }
+
+    /// What a task that reads numbers finds.
+    pub(super) fn read(&mut self, tables: &Tables, task: Task) -> Result<Vec<f64>, Error> {
+        let ready = self.ready(tables, task)?;
+        let output = ready.program.run()?.wait()?;
+        let numbers = |slot| -> Result<Vec<T>, Error> { output.read(slot) };
+        let fours = |slot| -> Result<Vec<[T; 4]>, Error> { output.read(slot) };
+        let mut found = Vec::new();
+        if let Some(slot) = ready.numbers {
+            found.extend(numbers(slot)?.into_iter().map(Scalar::to_f64));
+        }
+        if let Some(slot) = ready.fours {
+            found.extend(fours(slot)?.into_iter().flatten().map(Scalar::to_f64));
+        }
+        Ok(found)
+    }
+
+    pub(super) fn read_control(&mut self, tables: &Tables) -> Result<Vec<u32>, Error> {
+        let ready = self.ready(tables, Task::ReadControl)?;
+        let output: Output = ready.program.run()?.wait()?;
+        ready
+            .control
+            .map_or(Ok(Vec::new()), |slot| output.read(slot))
+    }
+
+    fn ready(&mut self, tables: &Tables, task: Task) -> Result<&Ready<T>, Error> {
+        let known = self.programs.iter().position(|(known, _)| *known == task);
+        let index = match known {
+            Some(index) => index,
+            None => {
+                let ready = self.prepare(tables, task)?;
+                self.programs.push((task, ready));
+                self.programs.len() - 1
+            }
+        };
+        Ok(&self.programs[index].1)
+    }
+
+    fn prepare(&self, tables: &Tables, task: Task) -> Result<Ready<T>, Error> {
+        let mut recording = Recording::new("divide and conquer");
+        for stage in [SINGULAR, UNJOINED, OVERFLOW] {
+            recording.stage(stage);
+        }
+        let (slots, shared) = self.slots(&mut recording);
+        let (mut numbers, mut fours, mut control) = (None, None, None);
+        let mut recorder = Recorder {
+            recording: &mut recording,
+            slots: &slots,
+            dca: self.dca,
+            tables,
+        };
+        match task {
+            Task::Steps(integrator, count) => recorder.steps(integrator, count),
+            Task::Accelerations => recorder.solve(Advance::None, 0),
+            Task::Restore => recorder.turn(Commit::Restore),
+            Task::ReadState => {
+                recording.download(slots.state);
+                numbers = Some(slots.state);
+            }
+            Task::ReadPoses => {
+                recording.download(slots.poses);
+                fours = Some(slots.poses);
+            }
+            Task::ReadControl => {
+                recording.download(slots.control);
+                control = Some(slots.control);
+            }
+        }
+        let mut program = self.device.prepare_with(&recording, &shared)?;
+        if self.timing != Timing::Off {
+            program.take_times(self.timing)?;
+        }
+        Ok(Ready {
+            program,
+            dispatches: recording.dispatches(),
+            numbers,
+            fours,
+            control,
+        })
+    }
+
+    fn slots(&self, recording: &mut Recording) -> (Slots<T, L>, Vec<Shared>) {
+        let mut shared = Vec::new();
+        let mut names = Names {
+            recording,
+            shared: &mut shared,
+        };
+        let slots = Slots {
+            sizes: names.share("sizes", &self.sizes),
+            words: names.share("words", &self.words),
+            links: names.share("links", &self.links),
+            state: names.share("state", &self.state),
+            scratch: names.share("scratch", &self.scratch),
+            control: names.share("control", &self.control),
+            forces: names.share("forces", &self.forces),
+            poses: names.share("poses", &self.poses),
+            nodes: names.share("nodes", &self.nodes),
+            status: names.recording.status(),
+        };
+        (slots, shared)
+    }
+}
+
+struct Names<'a> {
+    recording: &'a mut Recording,
+    shared: &'a mut Vec<Shared>,
+}
+
+impl Names<'_> {
+    fn share<E: Pod>(&mut self, name: &str, buffer: &Buffer<E>) -> Slot<E> {
+        let slot = self.recording.shared(name, buffer.len());
+        self.shared.push(slot.is(buffer));
+        slot
+    }
+}
+
+struct Recorder<'a, T, L> {
+    recording: &'a mut Recording,
+    slots: &'a Slots<T, L>,
+    dca: Dca,
+    tables: &'a Tables,
+}
+
+impl<T: Pod, L: Pod> Recorder<'_, T, L> {
+    fn steps(&mut self, integrator: Explicit, count: usize) {
+        for _ in 0..count {
+            match integrator {
+                Explicit::SemiImplicitEuler => {
+                    self.solve(Advance::Euler, 0);
+                    self.turn_parts(Commit::Step);
+                }
+                Explicit::RungeKutta4 => {
+                    for stage in 0..4 {
+                        self.solve(Advance::RungeKutta, stage);
+                        let commit = if stage == 3 {
+                            Commit::Step
+                        } else {
+                            Commit::Keep
+                        };
+                        self.turn_parts(commit);
+                    }
+                }
+            }
+        }
+        self.place();
+    }
+
+    /// Kinematics and poses of the state.
+    fn turn(&mut self, commit: Commit) {
+        self.turn_parts(commit);
+        self.place();
+    }
+
+    fn turn_parts(&mut self, commit: Commit) {
+        let (dca, count) = (self.dca, self.tables.sizes.chunks);
+        let layer = Layer {
+            count,
+            stage: commit as u32,
+            ..Layer::default()
+        };
+        self.chunks(&dca.turn_chunks(), layer, Self::motion);
+        self.layers(&self.tables.turn, 0, Self::motion, |_| dca.turn_parts());
+    }
+
+    fn place(&mut self) {
+        let layer = self.leading(0);
+        self.chunks(&self.dca.place_chunks(), layer, Self::motion);
+    }
+
+    fn solve(&mut self, advance: Advance, stage: u32) {
+        let (dca, leading) = (self.dca, self.leading(stage));
+        self.chunks(&dca.assemble_chunks(), leading, Self::dynamics);
+        self.layers(&self.tables.work, stage, Self::dynamics, |layer| {
+            if layer.mixed {
+                dca.work_parts(advance)
+            } else {
+                dca.join_parts()
+            }
+        });
+        self.chunks(&dca.solve_chunks(advance), leading, Self::dynamics);
+    }
+
+    /// The chunks of the first round.
+    fn leading(&self, stage: u32) -> Layer {
+        Layer {
+            count: self.tables.leading,
+            stage,
+            ..Layer::default()
+        }
+    }
+
+    /// Up and down again over the layers of rounds.
+    fn layers(
+        &mut self,
+        layers: &[Layered],
+        stage: u32,
+        buffers: impl Fn(&Self, Slot<Layer>) -> Vec<AnySlot>,
+        kernel: impl Fn(&Layered) -> Kernel,
+    ) {
+        let Some((top, lower)) = layers.split_last() else {
+            return;
+        };
+        let up = lower.iter().map(|layer| (Way::Up, layer));
+        let down = lower.iter().rev().map(|layer| (Way::Down, layer));
+        for (way, layer) in up.chain([(Way::Both, top)]).chain(down) {
+            let content = Layer {
+                count: layer.groups,
+                rounds: layer.rounds,
+                starts: layer.starts,
+                ways: way as u32,
+                stage,
+            };
+            let uniform = self.recording.buffer_from("layer", &[content]);
+            let buffers = buffers(self, uniform);
+            let groups = workgroups(layer.groups, 1);
+            self.recording.dispatch(&kernel(layer), &buffers, groups);
+        }
+    }
+
+    /// A lane for each of the first chunks.
+    fn chunks(
+        &mut self,
+        kernel: &Kernel,
+        layer: Layer,
+        buffers: impl Fn(&Self, Slot<Layer>) -> Vec<AnySlot>,
+    ) {
+        let uniform = self.recording.buffer_from("layer", &[layer]);
+        let [lanes, ..] = kernel.workgroup_size();
+        let buffers = buffers(self, uniform);
+        self.recording
+            .dispatch(kernel, &buffers, workgroups(layer.count, lanes));
+    }
+
+    fn motion(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
+        let s = self.slots;
+        vec![
+            s.sizes.any(),
+            layer.any(),
+            s.words.any(),
+            s.links.any(),
+            s.state.any(),
+            s.scratch.any(),
+            s.control.any(),
+            s.status.any(),
+            s.poses.any(),
+        ]
+    }
+
+    fn dynamics(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
+        let s = self.slots;
+        vec![
+            s.sizes.any(),
+            layer.any(),
+            s.words.any(),
+            s.links.any(),
+            s.state.any(),
+            s.scratch.any(),
+            s.control.any(),
+            s.status.any(),
+            s.forces.any(),
+            s.nodes.any(),
+        ]
+    }
+}
+
+/// Body and stage of the failures that a run reports, gravest first.
+pub(super) fn gravest(error: Error) -> Result<(String, usize), Error> {
+    let Error::Failed { failures, .. } = &error else {
+        return Err(error);
+    };
+    let order = [SINGULAR, UNJOINED, OVERFLOW];
+    let gravest = order.iter().find_map(|stage| {
+        let failure = failures.iter().find(|failure| failure.stage == *stage)?;
+        Some((failure.stage.clone(), failure.element as usize))
+    });
+    gravest.ok_or(error)
+}
+
+/// Number of a body as the kernels' tables count.
+pub(super) const fn number(index: usize) -> u32 {
+    small(index)
+}

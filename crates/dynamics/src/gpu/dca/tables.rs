@@ -1,0 +1,471 @@
+//! An assembly tree as tables for kernels; `shaders/wgsl/dca/memory.wgsl` says what they hold.
+//!
+//! Within a round chunks are numbered from the longest to the shortest and their bodies' slots by
+//! place in the chunk first, so that lanes that work on neighbouring chunks read neighbouring
+//! memory, and nothing is padded.
+
+use super::layers::{Item, Layered, Rounds, Width};
+use crate::dca::plan::{Inboard, Outboard, Parent, Part, Plan, Raked};
+use crate::link::Kind;
+use core::ops::Range;
+use glam::DQuat;
+use vertebra_assembly::Model;
+use vertebra_shaders::dca::{Sizes, TEAM, TURN_LANES, WORK_LANES};
+use vertebra_spatial::Mat3;
+
+/// No number.
+const NONE: u32 = u32::MAX;
+
+/// Rounds that one dispatch goes through at most, as far as several workgroups are needed.
+const WORK_ROUNDS: usize = 5;
+const TURN_ROUNDS: usize = 7;
+
+/// Flags of slots beside the joint's kind.
+const AT_CENTER: u32 = 8;
+const CARRIES: u32 = 16;
+
+/// Flags of chunks.
+const FROM_CARRIER: u32 = 1;
+const FROM_CUT: u32 = 2;
+const TO_HALF: u32 = 4;
+const TO_LEAF: u32 = 8;
+const IS_HALVED: u32 = 16;
+
+/// Everything that kernels know of a model.
+#[derive(Debug)]
+pub(super) struct Tables {
+    pub(super) sizes: Sizes,
+    pub(super) words: Vec<u32>,
+    /// Constants of the bodies, in the order of the kernels.
+    pub(super) links: Vec<[f64; 4]>,
+    /// Chunks of the first round.
+    pub(super) leading: u32,
+    /// How dynamics and kinematics go through the rounds that follow.
+    pub(super) work: Vec<Layered>,
+    pub(super) turn: Vec<Layered>,
+    /// Each slot's body and each body's slot.
+    pub(super) bodies: Vec<u32>,
+    pub(super) slots: Vec<u32>,
+    /// Where each number of q and qd stands in the model's.
+    pub(super) positions: Vec<u32>,
+    pub(super) dofs: Vec<u32>,
+    /// From a body's joint to its handle point, in joint axes; the body's frame in its joint frame.
+    pub(super) at_center: Vec<bool>,
+}
+
+impl Tables {
+    pub(super) fn new(model: &Model, plan: &Plan<f64>) -> Self {
+        let order = Order::new(plan);
+        let rakes = Rakes::new(plan, &order);
+        let mut tables = Self {
+            sizes: Sizes::default(),
+            words: Vec::new(),
+            links: Vec::new(),
+            leading: small(plan.schedule.chunks_in(0).len()),
+            work: Vec::new(),
+            turn: Vec::new(),
+            bodies: order
+                .old_slots
+                .iter()
+                .map(|&old| plan.bodies[old])
+                .collect(),
+            slots: Vec::new(),
+            positions: Vec::new(),
+            dofs: Vec::new(),
+            at_center: order
+                .old_slots
+                .iter()
+                .map(|&old| plan.at_center[old])
+                .collect(),
+        };
+        tables.slots = (plan.slots.iter())
+            .map(|&old| order.new_slots[old as usize])
+            .collect();
+        tables.put_slots(model, plan, &order, &rakes);
+        tables.put_chunks(plan, &order);
+        tables.put_joins(plan, &order, &rakes);
+        let end = &plan.extents[plan.chunks.len()];
+        tables.sizes = Sizes {
+            slots: small(plan.len()),
+            positions: small(tables.positions.len()),
+            dofs: small(tables.dofs.len()),
+            chunks: small(plan.chunks.len()),
+            joins: small(plan.joins.len()),
+            chunk_nodes: small(end.node),
+            inners: small(end.inner),
+            leaves: small(end.leaf),
+            rakes: small(rakes.heads.len()),
+            carriers: u32::from(!rakes.heads.is_empty()),
+            single: u32::from(plan.links.iter().all(|link| link.kind.dof_count() == 1)),
+            #[expect(clippy::cast_possible_truncation, reason = "a power of two")]
+            length: model.units().length as f32,
+            ..tables.sizes
+        };
+        let rounds = rounds(plan, &order, &rakes);
+        let work = Width {
+            lanes: WORK_LANES as usize,
+            join: TEAM as usize,
+            rounds: WORK_ROUNDS,
+        };
+        let turn = Width {
+            lanes: TURN_LANES as usize,
+            join: 1,
+            rounds: TURN_ROUNDS,
+        };
+        tables.work = rounds.layers(&work, &mut tables.words);
+        tables.turn = rounds.layers(&turn, &mut tables.words);
+        tables
+    }
+
+    /// Numbers of slots, and their constants.
+    fn put_slots(&mut self, model: &Model, plan: &Plan<f64>, order: &Order, rakes: &Rakes) {
+        let n = plan.len();
+        let mut kinds = Vec::with_capacity(n);
+        let (mut starts, mut dof_starts) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for &old in &order.old_slots {
+            let link = &plan.links[old];
+            let body = &model.bodies()[plan.bodies[old] as usize];
+            let kind = match link.kind {
+                Kind::Fixed => 0,
+                Kind::Revolute => 1,
+                Kind::Prismatic => 2,
+                Kind::Spherical => 3,
+                Kind::Free => 4,
+            };
+            let flag = |is_set, flag| if is_set { flag } else { 0 };
+            kinds.push(
+                kind | flag(plan.at_center[old], AT_CENTER)
+                    | flag(plan.rakes[old][0].is_some(), CARRIES),
+            );
+            starts.push(small(self.positions.len()));
+            dof_starts.push(small(self.dofs.len()));
+            self.positions.extend(body.position_range().map(small));
+            self.dofs.extend(body.dof_range().map(small));
+        }
+        let bodies = self.bodies.clone();
+        for table in [kinds, starts, dof_starts, bodies] {
+            self.words.extend(table);
+        }
+        if !rakes.heads.is_empty() {
+            for which in 0..2 {
+                let onto = order
+                    .old_slots
+                    .iter()
+                    .map(|&old| plan.rakes[old][which].map_or(NONE, |raked| rakes.number(raked)));
+                self.words.extend(onto);
+            }
+        }
+        self.put_links(plan, order);
+    }
+
+    /// Placement and mass; moment or centre, and inertia; the body's own frame.
+    fn put_links(&mut self, plan: &Plan<f64>, order: &Order) {
+        let mut columns: [Vec<[f64; 4]>; 6] = Default::default();
+        for &old in &order.old_slots {
+            let (link, frame) = (&plan.links[old], &plan.frames[old]);
+            let at = link.placement.translation;
+            let center = if plan.at_center[old] {
+                frame.center
+            } else {
+                link.inertia.moment
+            };
+            let inertia = link.inertia.rotational;
+            let origin = frame.placement.translation;
+            let rows = [
+                quaternion(&link.placement.rotation),
+                [at.x, at.y, at.z, link.inertia.mass],
+                [center.x, center.y, center.z, inertia.xx],
+                [inertia.yy, inertia.zz, inertia.yz, inertia.xz],
+                [inertia.xy, origin.x, origin.y, origin.z],
+                quaternion(&frame.placement.rotation),
+            ];
+            for (column, row) in columns.iter_mut().zip(rows) {
+                column.push(row);
+            }
+        }
+        self.links = columns.concat();
+    }
+
+    fn put_chunks(&mut self, plan: &Plan<f64>, order: &Order) {
+        let first_jag = self.words.len();
+        self.words.extend(&order.jags);
+        self.sizes.chunk_words = small(self.words.len());
+        let mut columns: [Vec<u32>; 10] = Default::default();
+        for (new, &old) in order.old_chunks.iter().enumerate() {
+            let chunk = &plan.chunks[old];
+            let (own, next) = (&plan.extents[old], &plan.extents[old + 1]);
+            let owned = |start: usize, end: usize| if end > start { small(start) } else { NONE };
+            let (from, inboard) = match chunk.inboard {
+                Inboard::World => (0, NONE),
+                Inboard::Carrier(slot) => (FROM_CARRIER, order.new_slots[slot]),
+                Inboard::Cut(slot) => (FROM_CUT, order.new_slots[slot]),
+            };
+            let to = match chunk.outboard {
+                Outboard::Free => 0,
+                Outboard::Half => TO_HALF,
+                Outboard::Leaf => TO_LEAF,
+            };
+            let halved = if chunk.last_share < 1.0 { IS_HALVED } else { 0 };
+            let row = [
+                small(first_jag + order.jag_of[new]),
+                small(order.rank_of[new]),
+                small(next.slot - own.slot),
+                inboard,
+                from | to | halved,
+                parent_word(chunk.parent),
+                owned(own.node, next.node),
+                owned(own.inner, next.inner),
+                owned(own.leaf, next.leaf),
+                owned(own.rake, next.rake),
+            ];
+            for (column, word) in columns.iter_mut().zip(row) {
+                column.push(word);
+            }
+        }
+        self.words.extend(columns.concat());
+    }
+
+    /// Numbers of joins, sums and rakes.
+    fn put_joins(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes) {
+        let end = &plan.extents[plan.chunks.len()];
+        self.sizes.join_words = small(self.words.len());
+        let mut columns: [Vec<u32>; 9] = Default::default();
+        for (index, join) in plan.joins.iter().enumerate() {
+            let node = |part| match part {
+                Part::Chunk(chunk) => small(plan.extents[chunk].node),
+                Part::Join(join) => small(end.node + join),
+            };
+            let turn = |part| match part {
+                Part::Chunk(chunk) => order.new_chunks[chunk],
+                Part::Join(join) => small(plan.chunks.len() + join),
+            };
+            let slot = |slot: usize| order.new_slots[slot];
+            let row = [
+                node(join.inboard),
+                node(join.outboard),
+                turn(join.inboard),
+                turn(join.outboard),
+                join.head.map_or(NONE, |head| slot(head.slot)),
+                join.head.and_then(|head| head.carrier).map_or(NONE, slot),
+                parent_word(join.parent),
+                slot(join.cut),
+                rakes.of_joins[index],
+            ];
+            for (column, word) in columns.iter_mut().zip(row) {
+                column.push(word);
+            }
+        }
+        self.words.extend(columns.concat());
+        self.sizes.sum_words = small(self.words.len());
+        for (index, parts) in plan.sums.iter().enumerate() {
+            self.words.extend(parts.map(|raked| rakes.number(raked)));
+            self.words.push(rakes.number(Raked::Sum(index)));
+        }
+        self.sizes.rake_words = small(self.words.len());
+        self.words.extend(&rakes.heads);
+    }
+
+    /// Numbers of four in the kernels' scratch memory.
+    pub(super) fn scratch_len(&self) -> usize {
+        let s = &self.sizes;
+        let of = |records: u32, each: usize| records as usize * each;
+        of(s.slots, 4)
+            + of(s.slots * s.carriers, 3)
+            + of(s.chunks, 3)
+            + of(s.joins, 6)
+            + of(s.dofs, 4)
+            + of(s.inners, 16)
+            + of(s.leaves, 32)
+            + of(s.rakes, 8)
+    }
+
+    /// Numbers of four in the memory of nodes.
+    pub(super) fn nodes_len(&self) -> usize {
+        let s = &self.sizes;
+        s.chunk_nodes as usize * 23 + s.joins as usize * (23 + 26 + 5)
+    }
+
+    /// Where the state that is worked on ends, and accelerations begin.
+    pub(super) fn accelerations_at(&self) -> usize {
+        2 * (self.positions.len() + self.dofs.len())
+    }
+
+    /// Numbers of the state and all that integrators keep.
+    pub(super) fn state_len(&self) -> usize {
+        self.accelerations_at() + 4 * self.dofs.len()
+    }
+}
+
+fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
+    DQuat::from_mat3(&rotation.to_glam()).normalize().to_array()
+}
+
+fn parent_word(parent: Option<Parent>) -> u32 {
+    parent.map_or(NONE, |Parent { join, outboard }| {
+        2 * small(join) + u32::from(outboard)
+    })
+}
+
+/// How the kernels number chunks and slots, against the plan.
+struct Order {
+    old_chunks: Vec<usize>,
+    new_chunks: Vec<u32>,
+    old_slots: Vec<usize>,
+    new_slots: Vec<u32>,
+    /// For each round, the first slot of each place in its chunks.
+    jags: Vec<u32>,
+    /// By new numbers: where a chunk's round starts in `jags`, and its place in the round.
+    jag_of: Vec<usize>,
+    rank_of: Vec<usize>,
+}
+
+impl Order {
+    fn new(plan: &Plan<f64>) -> Self {
+        let (chunks, slots) = (plan.chunks.len(), plan.len());
+        let mut order = Self {
+            old_chunks: Vec::with_capacity(chunks),
+            new_chunks: vec![0; chunks],
+            old_slots: Vec::with_capacity(slots),
+            new_slots: vec![0; slots],
+            jags: Vec::new(),
+            jag_of: Vec::with_capacity(chunks),
+            rank_of: Vec::with_capacity(chunks),
+        };
+        for round in 0..plan.schedule.round_count() {
+            order.put_round(plan, plan.schedule.chunks_in(round));
+        }
+        order
+    }
+
+    fn put_round(&mut self, plan: &Plan<f64>, round: Range<usize>) {
+        let mut chunks: Vec<usize> = round.collect();
+        chunks.sort_by_key(|&chunk| core::cmp::Reverse(plan.slots_of(chunk).len()));
+        let jag = self.jags.len();
+        let longest = chunks
+            .first()
+            .map_or(0, |&chunk| plan.slots_of(chunk).len());
+        for place in 0..longest {
+            self.jags.push(small(self.old_slots.len()));
+            let with_place = chunks.iter().map(|&chunk| plan.slots_of(chunk));
+            for slots in with_place.take_while(|slots| slots.len() > place) {
+                self.new_slots[slots.start + place] = small(self.old_slots.len());
+                self.old_slots.push(slots.start + place);
+            }
+        }
+        for (rank, &chunk) in chunks.iter().enumerate() {
+            self.new_chunks[chunk] = small(self.old_chunks.len());
+            self.old_chunks.push(chunk);
+            self.jag_of.push(jag);
+            self.rank_of.push(rank);
+        }
+    }
+}
+
+/// How the kernels number what is raked onto bodies: chunks, joins, sums.
+struct Rakes {
+    chunks: usize,
+    /// Number of each join that is raked, else none.
+    of_joins: Vec<u32>,
+    first_sum: usize,
+    /// The head's slot of each, none for sums.
+    heads: Vec<u32>,
+    /// What makes each.
+    makers: Vec<Part>,
+}
+
+impl Rakes {
+    fn new(plan: &Plan<f64>, order: &Order) -> Self {
+        let raked_chunks = |chunk: &usize| plan.extents[chunk + 1].rake > plan.extents[*chunk].rake;
+        let chunks: Vec<usize> = (0..plan.chunks.len()).filter(raked_chunks).collect();
+        let mut rakes = Self {
+            chunks: chunks.len(),
+            of_joins: vec![NONE; plan.joins.len()],
+            first_sum: 0,
+            heads: chunks
+                .iter()
+                .map(|&c| order.new_slots[plan.extents[c].slot])
+                .collect(),
+            makers: chunks.iter().map(|&chunk| Part::Chunk(chunk)).collect(),
+        };
+        for (index, join) in plan.joins.iter().enumerate() {
+            if let (None, Some(head)) = (join.parent, join.head)
+                && head.carrier.is_some()
+            {
+                rakes.of_joins[index] = small(rakes.heads.len());
+                rakes.heads.push(order.new_slots[head.slot]);
+                rakes.makers.push(Part::Join(index));
+            }
+        }
+        rakes.first_sum = rakes.heads.len();
+        rakes.heads.extend(plan.sums.iter().map(|_| NONE));
+        rakes
+    }
+
+    fn number(&self, raked: Raked) -> u32 {
+        match raked {
+            Raked::Chunk { rake, .. } => {
+                debug_assert!(rake < self.chunks, "rakes of chunks come first");
+                small(rake)
+            }
+            Raked::Join { join, .. } => self.of_joins[join],
+            Raked::Sum(sum) => small(self.first_sum + sum),
+        }
+    }
+
+    /// What makes a rake.
+    fn item(&self, raked: Raked, order: &Order) -> Item {
+        match raked {
+            Raked::Sum(sum) => Item::Sum(sum),
+            _ => match self.makers[self.number(raked) as usize] {
+                Part::Chunk(chunk) => Item::Chunk(order.new_chunks[chunk] as usize),
+                Part::Join(join) => Item::Join(join),
+            },
+        }
+    }
+}
+
+/// What is done in which round, and what it needs.
+fn rounds(plan: &Plan<f64>, order: &Order, rakes: &Rakes) -> Rounds {
+    let schedule = &plan.schedule;
+    let mut rounds = Rounds::new(plan.chunks.len(), plan.joins.len());
+    let part = |part| match part {
+        Part::Chunk(chunk) => Item::Chunk(order.new_chunks[chunk] as usize),
+        Part::Join(join) => Item::Join(join),
+    };
+    for round in 0..schedule.round_count() {
+        for chunk in schedule.chunks_in(round) {
+            let item = Item::Chunk(chunk);
+            // Rounds own the same numbers in either order.
+            let old = order.old_chunks[chunk];
+            let cut = match plan.chunks[old].inboard {
+                Inboard::Cut(slot) => Some(slot),
+                _ => None,
+            };
+            let carriers = plan.slots_of(old).chain(cut);
+            let raked = carriers.flat_map(|slot| plan.rakes[slot].into_iter().flatten());
+            let needs: Vec<Item> = raked.map(|raked| rakes.item(raked, order)).collect();
+            rounds.push(round, item, &needs);
+        }
+        for join in schedule.joins_in(round) {
+            let plan = &plan.joins[join];
+            rounds.push(
+                round,
+                Item::Join(join),
+                &[part(plan.inboard), part(plan.outboard)],
+            );
+        }
+        for sum in schedule.sums_in(round) {
+            let needs = plan.sums[sum].map(|raked| rakes.item(raked, order));
+            rounds.push(round, Item::Sum(sum), &needs);
+        }
+    }
+    rounds
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "a schedule has fewer nodes and freedoms than 32 bits count"
+)]
+pub(super) const fn small(index: usize) -> u32 {
+    index as u32
+}

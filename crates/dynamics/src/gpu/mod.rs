@@ -1,0 +1,51 @@
+//! Simulation on a GPU: one articulation, tree or forest, by divide and conquer in O(log n) rounds; and
+//! [`Batch`], many states of one model, a few lanes each.
+//!
+//! [`Simulation::on`] uploads a model once. Steps then run without the host: kinematics over the
+//! assembly tree up and down, chunks assembled by a lane each, joins up and down, the chunks solved,
+//! joints moved, body poses written to a buffer that other programs can read
+//! ([`Simulation::pose_buffer`]). State, accelerations and poses come back when they are asked for.
+//!
+//! ```
+//! use vertebra_assembly::{State, generate};
+//! use vertebra_dynamics::gpu::{Options, Simulation};
+//! use vertebra_gpu::Device;
+//!
+//! # if vertebra_gpu::tests_are_left_out() { return Ok(()); }
+//! let device = Device::auto()?;
+//! let model = generate::random_chain(64, &generate::Rod::default(), 7)?;
+//! let mut simulation = Simulation::on(&device, &model, &Options::default())?;
+//! simulation.set_state(&State::random(&model, 8))?;
+//! simulation.steps(1e-4, 10)?;
+//! assert!((simulation.time() - 1e-3).abs() < 1e-12);
+//! let poses = simulation.poses()?;
+//! assert_eq!(poses.len(), 64);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod batch;
+mod dca;
+
+pub use batch::{Batch, BatchOptions};
+pub use dca::{Options, PoseBuffer, Simulation};
+
+use crate::{Error, Integrator};
+
+/// The integrators that need no iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Explicit {
+    SemiImplicitEuler,
+    RungeKutta4,
+}
+
+impl TryFrom<Integrator> for Explicit {
+    type Error = Error;
+
+    fn try_from(integrator: Integrator) -> Result<Self, Error> {
+        match integrator {
+            Integrator::SemiImplicitEuler => Ok(Self::SemiImplicitEuler),
+            Integrator::RungeKutta4 => Ok(Self::RungeKutta4),
+            Integrator::ImplicitMidpoint => Err(Error::IntegratorUnavailable { integrator }),
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! Kernels of divide and conquer, over the tables that `vertebra-dynamics` makes of an assembly tree.
+//!
+//! Kernels of one group have one list of bindings: those of motion (`turn_*`, `place_*`) write poses,
+//! those of dynamics read forces and work on nodes.
+
+use bytemuck::{Pod, Zeroable};
+use vertebra_gpu::{Binding, Kernel};
+
+use crate::Precision;
+use crate::parts::{CHOLESKY, JOINT, ROTATION, SPATIAL};
+
+/// Numbers of everything, and where tables start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Sizes {
+    /// Bodies.
+    pub slots: u32,
+    /// Numbers in q.
+    pub positions: u32,
+    /// Numbers in qd.
+    pub dofs: u32,
+    /// Chunks.
+    pub chunks: u32,
+    /// Joins.
+    pub joins: u32,
+    /// Nodes of chunks, which are before those of joins.
+    pub chunk_nodes: u32,
+    /// Chunks that start at a cut body.
+    pub inners: u32,
+    /// Chunks that end with a leaf.
+    pub leaves: u32,
+    /// Side branches and sums of them.
+    pub rakes: u32,
+    /// 1 if bodies carry others' paths, else 0.
+    pub carriers: u32,
+    /// 1 if every joint has one freedom, else 0.
+    pub single: u32,
+    /// First word of the tables of chunks.
+    pub chunk_words: u32,
+    /// First word of the tables of joins.
+    pub join_words: u32,
+    /// First word of the table of sums.
+    pub sum_words: u32,
+    /// First word of the table of rakes.
+    pub rake_words: u32,
+    /// Metres in the model's unit of length.
+    pub length: f32,
+}
+
+/// What a dispatch works on: chunks a lane each, or several rounds of the tree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Layer {
+    /// Number of chunks; of workgroups that have something to do.
+    pub count: u32,
+    /// Number of rounds.
+    pub rounds: u32,
+    /// First word of the table: for each workgroup where the items of its rounds start, and end.
+    pub starts: u32,
+    /// [`Way`], as a number.
+    pub ways: u32,
+    /// [`Commit`] or the stage of an integrator, as a number.
+    pub stage: u32,
+}
+
+/// What becomes of the state before its rotations are computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Commit {
+    /// A stage of an integrator: nothing.
+    Keep = 0,
+    /// The state worked on becomes the state, if the step has not failed.
+    Step = 1,
+    /// The state is taken to be worked on.
+    Restore = 2,
+}
+
+/// What accelerations are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Advance {
+    /// Themselves.
+    None,
+    /// A semi-implicit Euler step.
+    Euler,
+    /// A stage of a Runge-Kutta step; [`Layer::stage`] says which, 0 to 3.
+    RungeKutta,
+}
+
+/// Which ways a dispatch goes through its rounds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Way {
+    /// From the chunks to the roots.
+    Up = 1,
+    /// Back.
+    Down = 2,
+    /// One after the other.
+    Both = 3,
+}
+
+/// Kinds of the items of a table of rounds, in the lowest two bits of their words.
+pub mod item {
+    /// A chunk.
+    pub const CHUNK: u32 = 0;
+    /// A join.
+    pub const JOIN: u32 = 1;
+    /// A sum of two rakes.
+    pub const SUM: u32 = 2;
+}
+
+/// Lanes of a workgroup that goes through rounds of dynamics.
+pub const WORK_LANES: u32 = 128;
+/// Lanes that share a join there.
+pub const TEAM: u32 = 16;
+/// Lanes of a workgroup that goes through rounds of kinematics.
+pub const TURN_LANES: u32 = 128;
+
+/// Lanes of a workgroup of chunks.
+const CHUNK_LANES: u32 = 32;
+
+/// Numbers of workgroup memory that a join takes.
+const JOIN_MEMORY: u32 = 92 + 92 + 80;
+
+macro_rules! part {
+    ($name:literal) => {
+        include_str!(concat!("../wgsl/dca/", $name, ".wgsl"))
+    };
+}
+
+const MOTION: &[Binding] = &[
+    Binding::uniform::<Sizes>("sizes"),
+    Binding::uniform::<Layer>("layer"),
+    Binding::read::<u32>("words"),
+    Binding::read::<[f32; 4]>("links"),
+    Binding::read_write::<f32>("state"),
+    Binding::read_write::<[f32; 4]>("scratch"),
+    Binding::read_write::<u32>("control"),
+    Binding::read_write::<u32>("status"),
+    Binding::read_write::<[f32; 4]>("poses"),
+];
+
+const DYNAMICS: &[Binding] = &[
+    Binding::uniform::<Sizes>("sizes"),
+    Binding::uniform::<Layer>("layer"),
+    Binding::read::<u32>("words"),
+    Binding::read::<[f32; 4]>("links"),
+    Binding::read_write::<f32>("state"),
+    Binding::read_write::<[f32; 4]>("scratch"),
+    Binding::read_write::<u32>("control"),
+    Binding::read_write::<u32>("status"),
+    Binding::read::<f32>("forces"),
+    Binding::read_write::<[f32; 4]>("nodes"),
+];
+
+const MOTION_PARTS: &[&str] = &[
+    SPATIAL,
+    ROTATION,
+    JOINT,
+    part!("memory"),
+    part!("place"),
+    part!("poses"),
+];
+
+const DYNAMICS_PARTS: &[&str] = &[
+    SPATIAL,
+    CHOLESKY,
+    ROTATION,
+    JOINT,
+    part!("memory"),
+    part!("place"),
+    part!("poses_none"),
+    part!("matrix6"),
+    part!("join"),
+    part!("nodes"),
+    part!("rake"),
+    part!("chunk"),
+    part!("leaf"),
+    part!("respond"),
+    part!("advance"),
+];
+
+/// The kernels in one choice of precisions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dca {
+    /// Precision of kinematics, chunks and the state.
+    pub chunks: Precision,
+    /// Precision of the joins, at most that of the chunks.
+    pub tree: Precision,
+}
+
+impl Dca {
+    /// All choices.
+    pub const ALL: [Self; 3] = [
+        Self {
+            chunks: Precision::F32,
+            tree: Precision::F32,
+        },
+        Self {
+            chunks: Precision::F64,
+            tree: Precision::F32,
+        },
+        Self {
+            chunks: Precision::F64,
+            tree: Precision::F64,
+        },
+    ];
+
+    /// What is across each chunk; a lane each, of all. [`Layer::stage`] is a [`Commit`].
+    #[must_use]
+    pub fn turn_chunks(self) -> Kernel {
+        let kernel = self.motion("turn_chunks", 64);
+        kernel.with(part!("turn_chunks")).with(part!("leading"))
+    }
+
+    /// Kinematics over several rounds.
+    #[must_use]
+    pub fn turn_parts(self) -> Kernel {
+        let kernel = self.motion("turn_parts", TURN_LANES);
+        kernel.with(part!("turn_parts")).with(part!("layer"))
+    }
+
+    /// Places the bodies of the first round's chunks, a lane each.
+    #[must_use]
+    pub fn place_chunks(self) -> Kernel {
+        let kernel = self.motion("place_chunks", 64);
+        kernel.with(part!("place_chunks")).with(part!("leading"))
+    }
+
+    /// Places and assembles the first round's chunks, a lane each.
+    #[must_use]
+    pub fn assemble_chunks(self) -> Kernel {
+        let kernel = self.dynamics("assemble_chunks", self.chunks, CHUNK_LANES);
+        let kernel = kernel.with(part!("advance_none"));
+        kernel.with(part!("assemble_chunks")).with(part!("leading"))
+    }
+
+    /// Solves the first round's chunks, a lane each.
+    #[must_use]
+    pub fn solve_chunks(self, advance: Advance) -> Kernel {
+        let kernel = self.dynamics("solve_chunks", self.chunks, CHUNK_LANES);
+        let kernel = kernel.with(part!("solve_chunks")).with(part!("leading"));
+        advancing(kernel, advance)
+    }
+
+    /// Rounds of joins alone, in the precision of the tree.
+    #[must_use]
+    pub fn join_parts(self) -> Kernel {
+        let kernel = self.teams("join_parts", self.tree);
+        let kernel = kernel.with(part!("advance_none"));
+        kernel.with(part!("join_parts"))
+    }
+
+    /// Rounds of any kind, joins too computed in the precision of the chunks.
+    #[must_use]
+    pub fn work_parts(self, advance: Advance) -> Kernel {
+        let kernel = self.teams("work_parts", self.chunks);
+        advancing(kernel.with(part!("work_parts")), advance)
+    }
+
+    /// All of them, with what they are.
+    pub(crate) fn kernels(self) -> Vec<(String, Kernel)> {
+        let mut kernels = vec![
+            self.turn_chunks(),
+            self.turn_parts(),
+            self.place_chunks(),
+            self.assemble_chunks(),
+            self.solve_chunks(Advance::None),
+            self.join_parts(),
+        ];
+        let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
+        kernels.extend(advances.map(|advance| self.work_parts(advance)));
+        let named = |(number, kernel): (usize, Kernel)| {
+            let Self { chunks, tree } = self;
+            (
+                format!("{} {chunks:?} {tree:?} {number}", kernel.name()),
+                kernel,
+            )
+        };
+        kernels.into_iter().enumerate().map(named).collect()
+    }
+
+    /// Rounding in the tree as multiples of rounding in the chunks.
+    fn coarser(self) -> f64 {
+        match (self.chunks, self.tree) {
+            (Precision::F64, Precision::F32) => f64::from(f32::EPSILON) / f64::EPSILON,
+            _ => 1.0,
+        }
+    }
+
+    fn motion(self, name: &'static str, lanes: u32) -> Kernel {
+        let kernel = Kernel::new(name, MOTION_PARTS, MOTION, [lanes, 1, 1]);
+        let kernel = self.precise(kernel, self.chunks);
+        kernel.stride("poses", 4 * self.chunks.bytes())
+    }
+
+    fn dynamics(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
+        let kernel = Kernel::new(name, DYNAMICS_PARTS, DYNAMICS, [lanes, 1, 1]);
+        let kernel = self.precise(kernel, precision);
+        let epsilon = match precision {
+            Precision::F32 => part!("epsilon_f32"),
+            Precision::F64 => part!("epsilon_f64"),
+        };
+        kernel
+            .with(epsilon)
+            .stride("forces", self.chunks.bytes())
+            .stride("nodes", 4 * self.tree.bytes())
+    }
+
+    /// Rounds, joins of which teams of lanes take.
+    fn teams(self, name: &'static str, precision: Precision) -> Kernel {
+        let joins = WORK_LANES / TEAM;
+        self.dynamics(name, precision, WORK_LANES)
+            .with(part!("tree"))
+            .with(part!("team_layer"))
+            .constant("COARSER", self.coarser())
+            .workgroup_memory_of(joins * JOIN_MEMORY * precision.bytes())
+    }
+
+    fn precise(self, kernel: Kernel, precision: Precision) -> Kernel {
+        let kept = match (self.chunks, self.tree) {
+            (Precision::F32, _) => "alias chunk_real = f32;\nalias tree_real = f32;\n",
+            (Precision::F64, Precision::F32) => "alias chunk_real = f64;\nalias tree_real = f32;\n",
+            (Precision::F64, Precision::F64) => "alias chunk_real = f64;\nalias tree_real = f64;\n",
+        };
+        kernel
+            .with(precision.part())
+            .with(precision.trigonometry())
+            .with(kept)
+            .stride("links", 4 * self.chunks.bytes())
+            .stride("state", self.chunks.bytes())
+            .stride("scratch", 4 * self.chunks.bytes())
+            .requires(self.chunks.features() | self.tree.features())
+    }
+}
+
+fn advancing(kernel: Kernel, advance: Advance) -> Kernel {
+    match advance {
+        Advance::None => kernel.with(part!("advance_none")),
+        Advance::Euler => kernel.with(part!("advance_euler")),
+        Advance::RungeKutta => kernel.with(part!("advance_runge_kutta")),
+    }
+}

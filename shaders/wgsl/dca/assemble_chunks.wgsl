@@ -1,0 +1,8 @@
+// Places the bodies of the first round's chunks, and assembles these.
+
+const LANES = 32u;
+
+fn run_chunk(chunk: u32) {
+    place_chunk(chunk);
+    assemble_chunk(chunk);
+}

@@ -1,0 +1,429 @@
+// A chunk, assembled from its outboard end inwards by the articulated-body recursion with the tip wrench as
+// six right-hand sides; interior.rs and chunk.rs of the dynamics have the formulas.
+
+// What has been gathered so far, about its inboard handle.
+struct Interior {
+    inertia: Inertia,
+    bias: Force,
+    // B
+    tip: Matrix6,
+    // C
+    compliance: Inertia,
+    // d
+    drift: Force,
+    // Inertia [rotation, translation] before the last joint let go and of the bodies added since.
+    carried: vec2<real>,
+}
+
+fn joint_force(at: u32) -> real { return real(forces[JOINT_FORCES + at]); }
+
+fn joint_forces3(at: u32) -> vec3<real> {
+    return vec3<real>(joint_force(at), joint_force(at + 1u), joint_force(at + 2u));
+}
+
+// The force along a joint's freedoms.
+fn driven(kind: u32, v: u32, axes: mat3x3<real>) -> Force {
+    switch kind {
+        case REVOLUTE: { return Force(axes[2] * joint_force(v), zero3()); }
+        case PRISMATIC: { return Force(zero3(), axes[2] * joint_force(v)); }
+        case SPHERICAL: { return Force(axes * joint_forces3(v), zero3()); }
+        case FREE: { return Force(axes * joint_forces3(v), axes * joint_forces3(v + 3u)); }
+        default: { return force_zero(); }
+    }
+}
+
+// What pushes a body, about its handle point: a force f and a moment in world axes, the sum of f a' of
+// forces f in world axes at points a in joint axes, and a force and a moment in joint axes.
+fn pushed(slot: u32, axes: mat3x3<real>) -> Force {
+    if control[PUSHED] == 0u {
+        return force_zero();
+    }
+    let number = control[PUSHED_SLOTS + slot];
+    if number == 0u {
+        return force_zero();
+    }
+    let at = JOINT_FORCES + sizes.dofs + 21u * (number - 1u);
+    var parts: array<vec3<real>, 7>;
+    for (var i = 0u; i < 7u; i++) {
+        parts[i] = vec3<real>(
+            real(forces[at + 3u * i]),
+            real(forces[at + 3u * i + 1u]),
+            real(forces[at + 3u * i + 2u]),
+        );
+    }
+    let moment = cross3(axes[0], parts[2]) + cross3(axes[1], parts[3]) + cross3(axes[2], parts[4]);
+    return Force(parts[1] + moment + axes * parts[6], parts[0] + axes * parts[5]);
+}
+
+// A body's share of its inertia and bias force about its handle point, rakes included.
+fn body_share(slot: u32, flags: u32, placed: Placed, axes: mat3x3<real>, share: real) -> Rake {
+    let n = sizes.slots;
+    let l2 = vec4<real>(links[2u * n + slot]);
+    let l3 = vec4<real>(links[3u * n + slot]);
+    let mass: real = vec4<real>(links[n + slot]).w;
+    let rotational = sym_rotated(
+        Sym3(
+            vec3<real>(l2.w, l3.x, l3.y),
+            vec3<real>(l3.z, l3.w, vec4<real>(links[4u * n + slot]).x),
+        ),
+        axes,
+    );
+    // About its centre of mass a body has no moment.
+    let moment = select(axes * l2.xyz, zero3(), (flags & AT_CENTER) != 0u);
+    let turning = turning_force(rotational, moment, placed.spin);
+    let force = force_sub(turning, pushed(slot, axes));
+    var sum = Rake(
+        inertia_scaled(inertia_rigid(rotational, moment, mass), share),
+        force_scaled(force, share),
+        vec2<real>(sym_trace(rotational), 3.0 * mass) * share,
+    );
+    if (flags & CARRIES) != 0u {
+        for (var i = 0u; i < 2u; i++) {
+            let rake = rake_onto(slot, i);
+            if rake != NONE {
+                sum = rake_added(sum, get_rake(rake), share);
+            }
+        }
+    }
+    return sum;
+}
+
+fn interior_added(part: Interior, body: Rake) -> Interior {
+    var next = part;
+    next.inertia = inertia_add(part.inertia, body.inertia);
+    next.bias = force_add(part.bias, body.bias);
+    next.carried = part.carried + body.carried;
+    return next;
+}
+
+// Works an acceleration in that comes on top of the handle's.
+fn accelerated(part: Interior, c: Motion) -> Interior {
+    var next = part;
+    next.bias = force_add(part.bias, inertia_mul(part.inertia, c));
+    next.drift = force_add(
+        part.drift,
+        matrix6_transpose_mul(part.tip, Force(c.angular, c.linear)),
+    );
+    return next;
+}
+
+// About the point from which the handle lies at `r`.
+fn referred(part: Interior, r: vec3<real>) -> Interior {
+    var next = part;
+    next.inertia = inertia_shifted_back(part.inertia, r);
+    next.bias = force_shifted_back(part.bias, r);
+    next.tip = matrix6_shifted_back(part.tip, r);
+    return next;
+}
+
+// The velocity-product acceleration of the body's point at `r` from one that has none.
+fn centripetal(spin: vec3<real>, r: vec3<real>) -> Motion {
+    return Motion(zero3(), cross3(spin, cross3(spin, r)));
+}
+
+// A freedom's record: column of U, tip s, drive u and 1/D.
+fn put_freedom(v: u32, column: Force, tip: Force, drive: real, d_inverse: real) {
+    let at = freedoms_at() + v;
+    put4(at, sizes.dofs, column.angular, column.linear, tip.angular, tip.linear);
+    put(at + 3u * sizes.dofs, vec4<real>(drive, d_inverse, 0.0, 0.0));
+}
+
+// Lets one freedom go along `s`.
+fn let_one_go(part: Interior, s: Motion, v: u32, floor: real, c: Motion, slot: u32) -> Interior {
+    let column = inertia_mul(part.inertia, s);
+    let tip = matrix6_transpose_mul(part.tip, Force(s.angular, s.linear));
+    let d: real = motion_dot(s, column);
+    let drive: real = joint_force(v) - motion_dot(s, part.bias);
+    var d_inverse: real = 0.0;
+    if d > floor && is_finite(d) {
+        d_inverse = 1.0 / d;
+    } else {
+        fail(SINGULAR, slot);
+    }
+    put_freedom(v, column, tip, drive, d_inverse);
+    let response: real = drive * d_inverse;
+    let scaled = force_scaled(column, d_inverse);
+    let scaled_tip = force_scaled(tip, d_inverse);
+    var next = part;
+    next.inertia = inertia_less_outer(part.inertia, column, d_inverse);
+    next.bias = force_add(part.bias, force_scaled(column, response));
+    next.tip = Matrix6(
+        part.tip.aa - outer3(scaled.angular, tip.angular),
+        part.tip.al - outer3(scaled.angular, tip.linear),
+        part.tip.la - outer3(scaled.linear, tip.angular),
+        part.tip.ll - outer3(scaled.linear, tip.linear),
+    );
+    next.compliance = Inertia(
+        sym_add(part.compliance.angular, sym_outer(tip.angular, d_inverse)),
+        part.compliance.coupling + outer3(scaled_tip.linear, tip.angular),
+        sym_add(part.compliance.linear, sym_outer(tip.linear, d_inverse)),
+    );
+    next.drift = force_add(part.drift, force_scaled(tip, response));
+    return accelerated(next, c);
+}
+
+// Records of joints of several freedoms take the places of these freedoms' records, of which the first three
+// numbers of four hold four vectors, and the last another one.
+fn put_several4(v: u32, i: u32, a: vec3<real>, b: vec3<real>, c: vec3<real>, d: vec3<real>) {
+    put4(freedoms_at() + v + i, sizes.dofs, a, b, c, d);
+}
+
+fn get_several4(v: u32, i: u32) -> Four { return get4(freedoms_at() + v + i, sizes.dofs); }
+
+fn put_several(v: u32, i: u32, a: vec3<real>) {
+    put(freedoms_at() + 3u * sizes.dofs + v + i, vec4<real>(a, 0.0));
+}
+
+fn get_several(v: u32, i: u32) -> vec3<real> {
+    return fetch(freedoms_at() + 3u * sizes.dofs + v + i).xyz;
+}
+
+// Lets all three turning freedoms go, along the world's axes: with A = LL', what is kept is L, L^-1 [A H'],
+// L^-1 B of the turning rows and L^-1 u. What is then left of IA, pA and B is known to be zero, but for the
+// force that drives the joint.
+fn let_turning_go(
+    part: Interior,
+    drive: vec3<real>,
+    v: u32,
+    floor: real,
+    c: Motion,
+    slot: u32,
+) -> Interior {
+    let factor = cholesky3(part.inertia.angular, floor);
+    if !factor.positive {
+        fail(SINGULAR, slot);
+    }
+    let turning = lower33(factor, full(part.inertia.angular));
+    let sliding = lower33(factor, transpose(part.inertia.coupling));
+    let tip_a = lower33(factor, part.tip.aa);
+    let tip_l = lower33(factor, part.tip.al);
+    let u = cholesky3_lower(factor, drive - part.bias.angular);
+    put_several4(v, 0u, turning[0], turning[1], turning[2], factor.inverse);
+    put_several4(v, 1u, sliding[0], sliding[1], sliding[2], factor.lower);
+    put_several4(v, 2u, tip_a[0], tip_a[1], tip_a[2], u);
+    put_several(v, 0u, tip_l[0]);
+    put_several(v, 1u, tip_l[1]);
+    put_several(v, 2u, tip_l[2]);
+    var next = part;
+    next.inertia = Inertia(
+        sym_zero(),
+        zero33(),
+        sym_sub(part.inertia.linear, gram3(sliding)),
+    );
+    next.bias = Force(drive, part.bias.linear + u * sliding);
+    next.tip = Matrix6(
+        zero33(),
+        zero33(),
+        part.tip.la - transpose(sliding) * tip_a,
+        part.tip.ll - transpose(sliding) * tip_l,
+    );
+    next.compliance = inertia_add(
+        part.compliance,
+        Inertia(gram3(tip_a), transpose(tip_l) * tip_a, gram3(tip_l)),
+    );
+    next.drift = force_add(part.drift, Force(u * tip_a, u * tip_l));
+    return accelerated(next, c);
+}
+
+// An inertia inverted, as it stands between forces on both sides: with M = LL', Z = L^-1 B and y = L^-1 p
+// its acceleration is L'^-1 (L^-1 f + Z f2 - y).
+struct Inverse {
+    factor: Cholesky6,
+    far: Matrix6,
+    bias: Force,
+}
+
+fn put_several_inverse(v: u32, inverse: Inverse) {
+    let f = inverse.factor;
+    let z = inverse.far;
+    let y = inverse.bias;
+    put_several4(v, 0u, f.angular.inverse, f.angular.lower, f.linear.inverse, f.linear.lower);
+    put_several4(v, 1u, f.coupling[0], f.coupling[1], f.coupling[2], y.angular);
+    put_several4(v, 2u, z.aa[0], z.aa[1], z.aa[2], z.al[0]);
+    put_several4(v, 3u, z.la[0], z.la[1], z.la[2], z.al[1]);
+    put_several4(v, 4u, z.ll[0], z.ll[1], z.ll[2], z.al[2]);
+    put_several(v, 5u, y.linear);
+}
+
+fn get_several_inverse(v: u32) -> Inverse {
+    let f = get_several4(v, 0u);
+    let h = get_several4(v, 1u);
+    let aa = get_several4(v, 2u);
+    let la = get_several4(v, 3u);
+    let ll = get_several4(v, 4u);
+    return inverse_of(f, h, aa, la, ll, get_several(v, 5u));
+}
+
+fn inverse_of(f: Four, h: Four, aa: Four, la: Four, ll: Four, y: vec3<real>) -> Inverse {
+    return Inverse(
+        Cholesky6(
+            Cholesky3(f.a, f.b, true),
+            mat3x3<real>(h.a, h.b, h.c),
+            Cholesky3(f.c, f.d, true),
+            true,
+        ),
+        Matrix6(
+            mat3x3<real>(aa.a, aa.b, aa.c),
+            mat3x3<real>(aa.d, la.d, ll.d),
+            mat3x3<real>(la.a, la.b, la.c),
+            mat3x3<real>(ll.a, ll.b, ll.c),
+        ),
+        Force(h.d, y),
+    );
+}
+
+// Lets all six freedoms go: what is beyond moves by itself, with M a = f_Q - pA + B f2.
+fn let_all_go(part: Interior, drive: Force, v: u32, slot: u32) -> Interior {
+    let rounding: real = 4.0 * EPSILON;
+    let factor = cholesky6(part.inertia, part.carried.x * rounding, part.carried.y * rounding);
+    if !factor.positive {
+        fail(SINGULAR, slot);
+    }
+    let far = lower66(factor, part.tip);
+    let bias = lower6(factor, force_sub(part.bias, drive));
+    put_several_inverse(v, Inverse(factor, far, bias));
+    var next = part;
+    next.inertia = inertia_zero();
+    next.bias = drive;
+    next.tip = matrix6_zero();
+    next.compliance = inertia_add(part.compliance, gram6(far));
+    next.drift = force_sub(part.drift, matrix6_transpose_mul(far, bias));
+    return next;
+}
+
+// Passes through a slot's joint. A pivot that is within rounding of what it is computed from fails.
+fn let_go(part: Interior, slot: u32, kind: u32, axes: mat3x3<real>, c: Motion) -> Interior {
+    let v = dof_of(slot);
+    let floor: vec2<real> = part.carried * (4.0 * EPSILON);
+    switch kind {
+        case REVOLUTE: {
+            return let_one_go(part, Motion(axes[2], zero3()), v, floor.x, c, slot);
+        }
+        case PRISMATIC: {
+            return let_one_go(part, Motion(zero3(), axes[2]), v, floor.y, c, slot);
+        }
+        case SPHERICAL: {
+            let drive = driven(kind, v, axes);
+            return let_turning_go(part, drive.angular, v, floor.x, c, slot);
+        }
+        case FREE: {
+            return let_all_go(part, driven(kind, v, axes), v, slot);
+        }
+        default: { return accelerated(part, c); }
+    }
+}
+
+fn put_inverse(index: u32, inverse: Inverse) {
+    let at = inners_at() + index;
+    let n = sizes.inners;
+    let f = inverse.factor;
+    let z = inverse.far;
+    let y = inverse.bias;
+    put4(at, n, f.angular.inverse, f.angular.lower, f.linear.inverse, f.linear.lower);
+    put4(at + 3u * n, n, f.coupling[0], f.coupling[1], f.coupling[2], y.angular);
+    put4(at + 6u * n, n, z.aa[0], z.aa[1], z.aa[2], z.al[0]);
+    put4(at + 9u * n, n, z.la[0], z.la[1], z.la[2], z.al[1]);
+    put4(at + 12u * n, n, z.ll[0], z.ll[1], z.ll[2], z.al[2]);
+    put(at + 15u * n, vec4<real>(y.linear, 0.0));
+}
+
+fn get_inverse(index: u32) -> Inverse {
+    let at = inners_at() + index;
+    let n = sizes.inners;
+    return inverse_of(
+        get4(at, n),
+        get4(at + 3u * n, n),
+        get4(at + 6u * n, n),
+        get4(at + 9u * n, n),
+        get4(at + 12u * n, n),
+        fetch(at + 15u * n).xyz,
+    );
+}
+
+// Assembles a chunk whose bodies are placed.
+fn assemble_chunk(chunk: u32) {
+    let slots = slots_of(chunk);
+    let ends = chunk_word(chunk, ENDS);
+    // What is needed later, so that it is there by then.
+    let cut = chunk_word(chunk, INBOARD);
+    let inner = chunk_word(chunk, INNER);
+    let leaf = chunk_word(chunk, LEAF);
+    let rake = chunk_word(chunk, RAKE);
+    let index = chunk_word(chunk, NODE);
+    let is_inner = (ends & FROM_CUT) != 0u;
+    let last_share: real = select(real(1.0), real(0.5), (ends & IS_HALVED) != 0u);
+    var part = Interior(
+        inertia_zero(),
+        force_zero(),
+        matrix6_zero(),
+        inertia_zero(),
+        force_zero(),
+        vec2<real>(0.0, 0.0),
+    );
+    if (ends & (TO_HALF | TO_LEAF)) != 0u {
+        part.tip = matrix6_one();
+    }
+    var length = slots.length;
+    if (ends & TO_LEAF) != 0u {
+        length -= 1u;
+        if is_inner || length > 0u {
+            part = referred(part, get_placed(slot_at(slots, length)).offset);
+        }
+    }
+    for (var i = 0u; i < length; i++) {
+        let place = length - 1u - i;
+        let slot = slot_at(slots, place);
+        let flags = flags_of(slot);
+        let placed = get_placed(slot);
+        let axes = quaternion_matrix(placed.rotation);
+        let is_last = place + 1u == slots.length;
+        let share: real = select(real(1.0), last_share, is_last);
+        part = interior_added(part, body_share(slot, flags, placed, axes, share));
+        if (flags & AT_CENTER) != 0u {
+            let arm = axes * arm_of(slot, flags);
+            part = accelerated(part, centripetal(placed.spin, arm));
+            part.carried.x += shifted_angular_trace(part.inertia, arm)
+                - sym_trace(part.inertia.angular);
+            part = referred(part, arm);
+        }
+        // Of what arrives at the joint, for pivots further inboard.
+        let arriving = vec2<real>(
+            shifted_angular_trace(part.inertia, placed.offset),
+            sym_trace(part.inertia.linear),
+        );
+        part = let_go(part, slot, kind_of(flags), axes, placed.bias_acceleration);
+        part.carried = arriving;
+        if is_inner || place > 0u {
+            part = referred(part, placed.offset);
+        }
+    }
+    var node = Node(part.inertia, part.tip, part.compliance, part.bias, part.drift);
+    if is_inner {
+        // Not as it is placed, which another lane may be about to do.
+        let start = under_chunk(chunk);
+        let placed = Placed(start.rotation, start.spin, zero3(), motion_zero());
+        let axes = quaternion_matrix(placed.rotation);
+        part = interior_added(part, body_share(cut, flags_of(cut), placed, axes, 0.5));
+        let factor: Cholesky6 = cholesky6(part.inertia, 0.0, 0.0);
+        if !factor.positive {
+            fail(UNJOINED, cut);
+        }
+        let inverse = Inverse(factor, lower66(factor, part.tip), lower6(factor, part.bias));
+        let own = lower_inverse(factor);
+        node.phi11 = gram6(own);
+        node.phi12 = transpose_product(own, inverse.far);
+        node.phi22 = inertia_add(part.compliance, gram6(inverse.far));
+        node.b1 = force_scaled(matrix6_transpose_mul(own, inverse.bias), -1.0);
+        node.b2 = force_sub(part.drift, matrix6_transpose_mul(inverse.far, inverse.bias));
+        put_inverse(inner, inverse);
+    }
+    if (ends & TO_LEAF) != 0u {
+        node = with_leaf(!is_inner, node, slot_at(slots, length), last_share, leaf);
+    }
+    if rake != NONE {
+        put_rake(rake, Rake(node.phi11, node.b1, part.carried), 1.0);
+    }
+    if index != NONE {
+        put_node(index, node);
+    }
+}

@@ -1,0 +1,2 @@
+// Distance from 1 to the next number.
+const EPSILON: real = 1.1920929e-7;

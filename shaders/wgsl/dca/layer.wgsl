@@ -1,0 +1,48 @@
+// Several rounds of an assembly tree in one dispatch. Each workgroup takes parts of the tree that hang
+// together within these rounds, so that it need wait for no other.
+
+const CHUNK = 0u;
+const JOIN = 1u;
+const SUM = 2u;
+
+fn run_round(start: u32, lane: u32, is_up: bool) {
+    let first = words[start];
+    let count = words[start + 2u] - first;
+    let passes = (count + LANES - 1u) / LANES;
+    for (var pass_ = 0u; pass_ < passes; pass_++) {
+        let item = pass_ * LANES + lane;
+        if item < count {
+            let word = words[first + item];
+            if is_up {
+                go_up(word & 3u, word >> 2u);
+            } else {
+                go_down(word & 3u, word >> 2u);
+            }
+        }
+    }
+}
+
+@compute @workgroup_size(LANES)
+fn main(
+    @builtin(workgroup_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let group = id.y * groups.x + id.x;
+    if group >= layer.count {
+        return;
+    }
+    let starts = layer.starts + group * (2u * layer.rounds + 1u);
+    if (layer.ways & 1u) != 0u {
+        for (var round = 0u; round < layer.rounds; round++) {
+            run_round(starts + 2u * round, lane, true);
+            storageBarrier();
+        }
+    }
+    if (layer.ways & 2u) != 0u {
+        for (var round = 0u; round < layer.rounds; round++) {
+            run_round(starts + 2u * (layer.rounds - 1u - round), lane, false);
+            storageBarrier();
+        }
+    }
+}

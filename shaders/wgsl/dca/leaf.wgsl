@@ -1,0 +1,189 @@
+// A chunk's last body where it is a leaf of its own, joined at its joint to what the recursion has gathered;
+// join.rs of the dynamics has the formulas. The basis of the constraint forces is the joint's axes without
+// those of its freedoms, whose rows and columns of G are those of the identity instead.
+
+struct Mask {
+    angular: vec3<real>,
+    linear: vec3<real>,
+}
+
+// 1 where the joint transmits a force, 0 along its freedoms.
+fn constraint_of(kind: u32) -> Mask {
+    let all: vec3<real> = vec3<real>(1.0, 1.0, 1.0);
+    let but_z: vec3<real> = vec3<real>(1.0, 1.0, 0.0);
+    switch kind {
+        case REVOLUTE: { return Mask(but_z, all); }
+        case PRISMATIC: { return Mask(all, but_z); }
+        case SPHERICAL: { return Mask(zero3(), all); }
+        case FREE: { return Mask(zero3(), zero3()); }
+        default: { return Mask(all, all); }
+    }
+}
+
+fn sym_masked(s: Sym3, mask: vec3<real>) -> Sym3 {
+    return Sym3(
+        s.diagonal * mask + (vec3<real>(1.0, 1.0, 1.0) - mask),
+        s.off * (mask.yzx * mask.zxy),
+    );
+}
+
+fn inertia_masked(m: Inertia, mask: Mask) -> Inertia {
+    return Inertia(
+        sym_masked(m.angular, mask.angular),
+        mat3x3<real>(
+            m.coupling[0] * (mask.linear * mask.angular.x),
+            m.coupling[1] * (mask.linear * mask.angular.y),
+            m.coupling[2] * (mask.linear * mask.angular.z),
+        ),
+        sym_masked(m.linear, mask.linear),
+    );
+}
+
+fn force_projected(f: Force, axes: mat3x3<real>, mask: Mask) -> Force {
+    return Force(f.angular * axes * mask.angular, f.linear * axes * mask.linear);
+}
+
+fn rows_projected(m: mat3x3<real>, axes: mat3x3<real>, mask: vec3<real>) -> mat3x3<real> {
+    return mat3x3<real>(m[0] * axes * mask, m[1] * axes * mask, m[2] * axes * mask);
+}
+
+fn matrix6_projected(m: Matrix6, axes: mat3x3<real>, mask: Mask) -> Matrix6 {
+    return Matrix6(
+        rows_projected(m.aa, axes, mask.angular),
+        rows_projected(m.al, axes, mask.angular),
+        rows_projected(m.la, axes, mask.linear),
+        rows_projected(m.ll, axes, mask.linear),
+    );
+}
+
+fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node {
+    let flags = flags_of(slot);
+    let kind = kind_of(flags);
+    let placed = get_placed(slot);
+    let axes = quaternion_matrix(placed.rotation);
+    let arm = axes * arm_of(slot, flags);
+    let body = body_share(slot, flags, placed, axes, share);
+    let own_factor: Cholesky6 = cholesky6(body.inertia, 0.0, 0.0);
+    // What maps forces at the joint to forces at the centre of mass.
+    let to_center = matrix6_shifted_back(matrix6_one(), -arm);
+    let far = lower66(own_factor, to_center);
+    let own = lower_inverse(own_factor);
+    let own_bias = lower6(own_factor, body.bias);
+    let outwards = centripetal(placed.spin, -arm);
+    let b = Node(
+        gram6(far),
+        transpose_product(far, own),
+        gram6(own),
+        force_sub(
+            Force(outwards.angular, outwards.linear),
+            matrix6_transpose_mul(far, own_bias),
+        ),
+        force_scaled(matrix6_transpose_mul(own, own_bias), -1.0),
+    );
+    let drive = driven(kind, dof_of(slot), axes);
+    let mask = constraint_of(kind);
+    let g = inertia_add(a.phi22, b.phi11);
+    let c = placed.bias_acceleration;
+    let moved = inertia_mul(g, Motion(drive.angular, drive.linear));
+    let apart = force_sub(
+        force_sub(force_add(a.b2, Force(c.angular, c.linear)), b.b1),
+        moved,
+    );
+    var whole = finish(
+        is_head,
+        a,
+        b,
+        inertia_masked(inertia_rotated(g, transpose(axes)), mask),
+        matrix6_projected(matrix6_transposed(a.phi12), axes, mask),
+        matrix6_projected(b.phi12, axes, mask),
+        force_projected(apart, axes, mask),
+    );
+    if !(own_factor.positive && whole.joined.factor.positive) {
+        fail(UNJOINED, slot);
+    }
+    let sign: real = select(real(-1.0), real(1.0), is_head);
+    whole.node.b1 = force_add(whole.node.b1, force_scaled(matrix6_mul(a.phi12, drive), sign));
+    whole.node.b2 = force_add(whole.node.b2, matrix6_transpose_mul(b.phi12, drive));
+    put_leaf(index, own_factor, own_bias, whole.joined);
+    return whole.node;
+}
+
+fn put_leaf(index: u32, own: Cholesky6, own_bias: Force, joined: Joined) {
+    let at = leaves_at() + index;
+    let n = sizes.leaves;
+    let f = joined.factor;
+    let i = joined.inboard;
+    let o = joined.outboard;
+    put4(at, n, f.angular.inverse, f.angular.lower, f.linear.inverse, f.linear.lower);
+    put4(at + 3u * n, n, f.coupling[0], f.coupling[1], f.coupling[2], joined.bias.angular);
+    put4(at + 6u * n, n, i.aa[0], i.aa[1], i.aa[2], joined.bias.linear);
+    put4(at + 9u * n, n, i.al[0], i.al[1], i.al[2], o.aa[0]);
+    put4(at + 12u * n, n, i.la[0], i.la[1], i.la[2], o.aa[1]);
+    put4(at + 15u * n, n, i.ll[0], i.ll[1], i.ll[2], o.aa[2]);
+    put4(at + 18u * n, n, o.al[0], o.al[1], o.al[2], o.la[0]);
+    put4(at + 21u * n, n, o.ll[0], o.ll[1], o.ll[2], o.la[1]);
+    let m = own;
+    put4(at + 24u * n, n, m.angular.inverse, m.angular.lower, m.linear.inverse, m.linear.lower);
+    put4(at + 27u * n, n, m.coupling[0], m.coupling[1], m.coupling[2], o.la[2]);
+    put(at + 30u * n, vec4<real>(own_bias.angular, 0.0));
+    put(at + 31u * n, vec4<real>(own_bias.linear, 0.0));
+}
+
+struct Leaf {
+    own: Cholesky6,
+    own_bias: Force,
+    joined: Joined,
+}
+
+fn get_leaf(index: u32) -> Leaf {
+    let at = leaves_at() + index;
+    let n = sizes.leaves;
+    let f = get4(at, n);
+    let h = get4(at + 3u * n, n);
+    let aa = get4(at + 6u * n, n);
+    let al = get4(at + 9u * n, n);
+    let la = get4(at + 12u * n, n);
+    let ll = get4(at + 15u * n, n);
+    let o = get4(at + 18u * n, n);
+    let l = get4(at + 21u * n, n);
+    let m = get4(at + 24u * n, n);
+    let k = get4(at + 27u * n, n);
+    let joined = Joined(
+        Cholesky6(
+            Cholesky3(f.a, f.b, true),
+            mat3x3<real>(h.a, h.b, h.c),
+            Cholesky3(f.c, f.d, true),
+            true,
+        ),
+        Matrix6(
+            mat3x3<real>(aa.a, aa.b, aa.c),
+            mat3x3<real>(al.a, al.b, al.c),
+            mat3x3<real>(la.a, la.b, la.c),
+            mat3x3<real>(ll.a, ll.b, ll.c),
+        ),
+        Matrix6(
+            mat3x3<real>(al.d, la.d, ll.d),
+            mat3x3<real>(o.a, o.b, o.c),
+            mat3x3<real>(o.d, l.d, k.d),
+            mat3x3<real>(l.a, l.b, l.c),
+        ),
+        Force(h.d, aa.d),
+    );
+    let own = Cholesky6(
+        Cholesky3(m.a, m.b, true),
+        mat3x3<real>(k.a, k.b, k.c),
+        Cholesky3(m.c, m.d, true),
+        true,
+    );
+    return Leaf(own, Force(fetch(at + 30u * n).xyz, fetch(at + 31u * n).xyz), joined);
+}
+
+// The force that a leaf's joint transmits to it, given x and f2 at the ends of the chunk.
+fn leaf_force(slot: u32, leaf: Leaf, x: Force, f2: Force) -> Force {
+    let axes = quaternion_matrix(get_placed(slot).rotation);
+    let constraint = force_between(leaf.joined, x, f2);
+    return force_add(
+        driven(kind_of(flags_of(slot)), dof_of(slot), axes),
+        Force(axes * constraint.angular, axes * constraint.linear),
+    );
+}
