@@ -84,7 +84,7 @@ pub struct BenchArgs {
     pub quick: bool,
     /// Methods: aba, crba, dca, rnea, step; exact, moller, moller0, separating-axes, build, self, inside,
     /// poses, links, refit, rebuild, or one question such as exact-any; copy, reduce, scan, compact, histogram, sort, dispatch on a GPU,
-    /// and shapes of the sort.
+    /// shapes of the sort, and collision or one of its rows.
     #[arg(long, value_delimiter = ',', value_parser = METHODS)]
     pub method: Vec<String>,
     /// Precisions; that of divide and conquer is its joins'.
@@ -248,7 +248,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 46] = [
+const METHODS: [&str; 66] = [
     "aba",
     "aba-refined",
     "build",
@@ -295,6 +295,26 @@ const METHODS: [&str; 46] = [
     "histogram",
     "sort",
     "shapes",
+    "collision",
+    "collision-any",
+    "collision-build",
+    "collision-count",
+    "collision-device-all",
+    "collision-device-tree",
+    "collision-following",
+    "collision-links",
+    "collision-mask",
+    "collision-moller",
+    "collision-pairs",
+    "collision-pairs-all",
+    "collision-pairs-moving",
+    "collision-pairs-tree",
+    "collision-pairs-upload",
+    "collision-poses",
+    "collision-refit-pairs",
+    "collision-self",
+    "collision-spheres-all",
+    "collision-spheres-tree",
 ];
 
 impl BenchArgs {

@@ -16,8 +16,8 @@ const BLOCK: f64 = 0.5;
 
 /// How to find pairs.
 ///
-/// The costs that both ways have in common are left out. The constants were measured on an H100 (`docs/gpu.md`). On
-/// other devices all are larger, much in proportion.
+/// The costs that both ways have in common are left out. The constants are estimates for a large GPU; on others all are
+/// larger, much in proportion. Near where they balance a wrong choice costs microseconds.
 pub(super) fn way(culling: Culling, jobs: &[Job]) -> Way {
     match culling {
         Culling::AllPairs => Way::AllPairs,
