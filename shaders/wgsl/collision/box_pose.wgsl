@@ -11,7 +11,7 @@ fn posed_box(job: Job, bounds: Box) -> Box {
     let size = max(-bounds.low, bounds.high);
     let middle = rotated(job, center) + translation(job);
     let total = magnitudes(job, size) + abs(translation(job));
-    let reach = vec3<f32>(
+    let reach: vec3<f32> = vec3<f32>(
         dot(abs(job.rows[0].xyz), extent),
         dot(abs(job.rows[1].xyz), extent),
         dot(abs(job.rows[2].xyz), extent),

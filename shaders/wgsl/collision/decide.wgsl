@@ -65,7 +65,7 @@ fn plane(u: vec3<f32>, v: vec3<f32>, u_error: f32, v_error: f32) -> Plane {
 fn side(plane: Plane, w: vec3<f32>, w_error: f32) -> i32 {
     let value = dot(plane.normal, w);
     let size = abs(w);
-    let bound = RELATIVE * dot(plane.permanent, size)
+    let bound: f32 = RELATIVE * dot(plane.permanent, size)
         + w_error * sum(plane.permanent)
         + plane.error * (sum(size) + 3.0 * w_error)
         + UNDERFLOW;
@@ -79,7 +79,7 @@ fn turn(p: vec2<f32>, q: vec2<f32>, r: vec2<f32>, unit: f32, error: f32) -> i32 
     let v = (r - p) * unit;
     let left = u.x * v.y;
     let right = u.y * v.x;
-    let bound = RELATIVE * (abs(left) + abs(right))
+    let bound: f32 = RELATIVE * (abs(left) + abs(right))
         + error * (abs(u.x) + abs(u.y) + abs(v.x) + abs(v.y) + 4.0 * error)
         + UNDERFLOW;
     return select(0, 1, left - right > bound) - select(0, 1, left - right < -bound);
@@ -203,9 +203,9 @@ fn decide(a: Corners, b: Posed) -> u32 {
     let x_r = (hub_a.r - hub_a.p) * unit;
     let z_q = (edges.q - edges.p) * unit;
     let z_r = (edges.r - edges.p) * unit;
-    let first = plane(
+    let first: Plane = plane(
         select(z_q, z_r, positive_b), select(x_q, x_r, positive_a), 2.0 * b_error, a_error);
-    let second = plane(
+    let second: Plane = plane(
         select(z_r, z_q, positive_b), select(x_r, x_q, positive_a), 2.0 * b_error, a_error);
     let same = select(-1, 1, positive_a == positive_b);
     let first_order = same * side(first, w, error);
