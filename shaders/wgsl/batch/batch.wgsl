@@ -392,7 +392,7 @@ fn ascend(slot: u32, seen: Seen, arriving: Passed) -> Passed {
     let constant = 4u + 6u * slot;
     let body = constants[constant];
     let rotational = Sym3(constants[constant + 1u].xyz, constants[constant + 2u].xyz);
-    var here = passed_add(
+    var here: Passed = passed_add(
         arriving,
         Passed(
             inertia_rigid(rotational, body.xyz, body.w),

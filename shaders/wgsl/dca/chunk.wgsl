@@ -72,7 +72,7 @@ fn body_share(slot: u32, flags: u32, placed: Placed, axes: mat3x3<real>, share: 
     let moment = select(axes * l2.xyz, zero3(), (flags & AT_CENTER) != 0u);
     let turning = turning_force(rotational, moment, placed.spin);
     let force = force_sub(turning, pushed(slot, axes));
-    var sum = Rake(
+    var sum: Rake = Rake(
         inertia_scaled(inertia_rigid(rotational, moment, mass), share),
         force_scaled(force, share),
         vec2<real>(sym_trace(rotational), 3.0 * mass) * share,
@@ -352,7 +352,7 @@ fn assemble_chunk(chunk: u32) {
     let index = chunk_word(chunk, NODE);
     let is_inner = (ends & FROM_CUT) != 0u;
     let last_share: real = select(real(1.0), real(0.5), (ends & IS_HALVED) != 0u);
-    var part = Interior(
+    var part: Interior = Interior(
         inertia_zero(),
         force_zero(),
         matrix6_zero(),

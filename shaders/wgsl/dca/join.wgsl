@@ -37,7 +37,7 @@ fn finish(
     let outboard = lower66(factor, outboard_rows);
     let bias = lower6(factor, bias_rows);
     let sign: real = select(real(-1.0), real(1.0), is_head);
-    let node = Node(
+    let node: Node = Node(
         inertia_add(a.phi11, inertia_scaled(gram6(inboard), sign)),
         transpose_product(inboard, outboard),
         inertia_add(b.phi22, inertia_scaled(gram6(outboard), -1.0)),

@@ -70,7 +70,7 @@ fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node
     let own = lower_inverse(own_factor);
     let own_bias = lower6(own_factor, body.bias);
     let outwards = centripetal(placed.spin, -arm);
-    let b = Node(
+    let b: Node = Node(
         gram6(far),
         transpose_product(far, own),
         gram6(own),
