@@ -16,6 +16,8 @@ enum Computation {
     Primitive(&'static Twin),
     /// What a check computes of named arrays.
     Check(&'static gpu::Computation),
+    /// Accelerations of a model in a state under forces.
+    Dynamics,
 }
 
 impl Computation {
@@ -23,10 +25,13 @@ impl Computation {
         let name = &capture.computation;
         let primitive = twins::ALL.iter().find(|twin| twin.name == name);
         let check = || gpu::COMPUTATIONS.iter().find(|check| check.name == name);
+        let dynamics = || (name == gpu::Problem::NAME).then_some(Self::Dynamics);
         let found = primitive.map(Self::Primitive);
-        found.or_else(|| check().map(Self::Check)).with_context(|| {
+        let found = found.or_else(|| check().map(Self::Check)).or_else(dynamics);
+        found.with_context(|| {
             let names = twins::ALL.iter().map(|twin| twin.name);
             let names = names.chain(gpu::COMPUTATIONS.iter().map(|check| check.name));
+            let names = names.chain([gpu::Problem::NAME]);
             let names: Vec<_> = names.collect();
             format!(
                 "nothing is called `{name}`; there are: {}",
@@ -37,15 +42,21 @@ impl Computation {
 
     /// Computes the inputs on the CPU and on a device.
     fn compare(&self, capture: &Capture, device: &Device) -> gpu::Compared {
-        let inputs: Vec<Named> = capture.inputs()?;
-        for Named { name, values } in &inputs {
-            println!("input {name}: {} elements", values.len());
-        }
         match self {
-            Self::Primitive(twin) => Ok(twin.compare(device, &inputs)?),
-            Self::Check(check) => (check.compare)(device, &inputs),
+            Self::Primitive(twin) => Ok(twin.compare(device, &arrays(capture)?)?),
+            Self::Check(check) => (check.compare)(device, &arrays(capture)?),
+            Self::Dynamics => capture.inputs::<gpu::Problem>()?.compare(device),
         }
     }
+}
+
+/// Inputs that are named arrays.
+fn arrays(capture: &Capture) -> anyhow::Result<Vec<Named>> {
+    let inputs: Vec<Named> = capture.inputs()?;
+    for Named { name, values } in &inputs {
+        println!("input {name}: {} elements", values.len());
+    }
+    Ok(inputs)
 }
 
 /// What is wrong with a comparison in a sentence; none if nothing is.
@@ -133,7 +144,7 @@ mod tests {
         let refusal = Computation::of(&capture).err().unwrap().to_string();
         assert!(refusal.contains("`nothing`") && refusal.contains("scan_f32"));
         assert!(refusal.contains("own_operator"), "{refusal}");
-        for name in ["sort", "finite"] {
+        for name in ["sort", "finite", "dca"] {
             let capture = Capture::new(name, "", "", &()).unwrap();
             assert!(Computation::of(&capture).is_ok());
         }

@@ -14,6 +14,7 @@ mod stages;
 mod writes;
 
 pub use compare::{Compared, Computation};
+pub use dynamics::Problem;
 
 use super::{Figure, Outcome};
 use vertebra_gpu::Device;
@@ -77,6 +78,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("batch_steps", batch::steps),
     check("batch_failing_item", batch::a_failing_item),
     check("dca_accelerations", dynamics::accelerations),
+    check("dca_captured", dynamics::captured),
     check("dca_long_chain", dynamics::long_chain),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),

@@ -2,10 +2,11 @@
 
 use crate::Error;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use vertebra_assembly::{BodyId, Model, ModelError};
 
 /// Joint forces and external forces. Gravity belongs to the model.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Forces {
     /// Joint forces [N m or N], shape [`Model::dof_count`]; free and spherical joints in the axes of
     /// their rates.
@@ -102,7 +103,7 @@ pub(crate) fn body_of_dof(model: &Model, dof: usize) -> String {
 }
 
 /// A force and a torque acting on a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Wrench {
     /// Force \[N\].
     pub force: DVec3,

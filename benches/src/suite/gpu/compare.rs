@@ -5,7 +5,8 @@ use super::stages::FINITE;
 use crate::replay::{fault, replay};
 use crate::suite::{Figure, Outcome};
 use anyhow::{Context, anyhow, bail};
-use std::path::PathBuf;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
 use vertebra_gpu::capture::Capture;
 use vertebra_gpu::twin::{Comparison, Named, Twin};
 use vertebra_gpu::{Device, Failure};
@@ -40,7 +41,14 @@ pub(super) fn compare_own(
     judge(device, computation.name, label, inputs, found)
 }
 
-fn judge(device: &Device, name: &str, label: &str, inputs: &[Named], found: Compared) -> Outcome {
+/// Figures of what was found; where that is wrong, an error that names the file with the inputs.
+pub(super) fn judge(
+    device: &Device,
+    name: &str,
+    label: &str,
+    inputs: &(impl Serialize + ?Sized),
+    found: Compared,
+) -> Outcome {
     let reason = match found {
         Ok((comparisons, failures)) => match fault(&comparisons, &failures) {
             None => {
@@ -61,7 +69,7 @@ pub(super) fn capture(
     device: &Device,
     name: &str,
     label: &str,
-    inputs: &[Named],
+    inputs: &(impl Serialize + ?Sized),
     reason: String,
 ) -> anyhow::Error {
     let what = format!("{name} {label}");
@@ -80,6 +88,12 @@ struct Captured {
     what: String,
     reason: String,
     path: PathBuf,
+}
+
+/// The file that an error left.
+pub(super) fn file_of(error: &anyhow::Error) -> anyhow::Result<&Path> {
+    let Captured { path, .. } = error.downcast_ref().context("no file was written")?;
+    Ok(path)
 }
 
 /// Stages that fail and recordings that are refused leave a file, which replays as it happened.
@@ -121,7 +135,7 @@ pub(super) fn failures_are_captured(device: &Device) -> Outcome {
         let Err(error) = outcome else {
             bail!("nothing was found wrong where one should have: {reason}");
         };
-        let Captured { path, .. } = error.downcast_ref().context("no file was written")?;
+        let path = file_of(&error)?;
         let capture = Capture::read(path)?;
         figures.push(holds(
             format!("inputs of {}", capture.computation),

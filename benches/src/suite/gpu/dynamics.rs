@@ -1,15 +1,22 @@
 //! Divide and conquer on a device: against the reference over all shapes, its steps against the CPU's,
 //! the same bits on each run, and what happens to a step that overflows.
 
+use super::compare::{Compared, file_of, judge};
 use super::{holds, is_software};
+use crate::replay::replay;
 use crate::suite::{Figure, Outcome, relative_error};
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
 use vertebra::dynamics::gpu::{Options, Simulation};
 use vertebra::generate::{self, RandomTree, Rod};
 use vertebra::schedule::ScheduleOptions;
 use vertebra::{
-    Error, Forces, Integrator, Model, Precision, Random, State, Workspace, Wrench, aba,
+    DcaOptions, DcaWorkspace, Error, Forces, Integrator, Model, Precision, Random, State,
+    Workspace, Wrench, aba, dca,
 };
 use vertebra_gpu::Device;
+use vertebra_gpu::capture::Capture;
+use vertebra_gpu::twin::Comparison;
 use vertebra_gpu::wgpu::Features;
 
 /// Chunks and joins, and the largest error on bodies of about the same mass.
@@ -28,6 +35,59 @@ fn options(chunks: Precision, tree: Precision, window: usize) -> Options {
         tree: Some(tree),
         schedule: Some(ScheduleOptions::with_window(window)),
         ..Options::default()
+    }
+}
+
+/// What accelerations are computed of, on a device and on the CPU.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Problem {
+    model: Model,
+    state: State,
+    forces: Forces,
+    chunks: Precision,
+    tree: Precision,
+    window: usize,
+    /// Largest error \[1\].
+    bound: f64,
+}
+
+impl Problem {
+    /// Name of the computation.
+    pub const NAME: &str = "dca";
+
+    /// Compares the device with the CPU's twin, in the same precisions and chunks, and with the
+    /// reference.
+    ///
+    /// # Errors
+    /// Whatever either side refuses.
+    pub fn compare(&self, device: &Device) -> Compared {
+        let Self { model, state, .. } = self;
+        let options = options(self.chunks, self.tree, self.window);
+        let mut twin = DcaWorkspace::new(
+            model,
+            &DcaOptions {
+                chunks: self.chunks,
+                tree: self.tree,
+                schedule: options.schedule,
+                parallel: false,
+            },
+        )?;
+        let twin = dca(model, state, &self.forces, &mut twin)?;
+        let mut reference = Workspace::new(model, Precision::Reference);
+        let exact = aba(model, state, &self.forces, &mut reference)?;
+        let mut simulation = Simulation::on(device, model, &options)?;
+        simulation.set_state(state)?;
+        simulation.set_forces(&self.forces)?;
+        let found = simulation.accelerations()?;
+        // Two solutions within the bound of the reference are within twice that of each other.
+        let sides = [
+            ("twin", twin, 2.0 * self.bound),
+            ("reference", exact, self.bound),
+        ];
+        let compare = |(stage, cpu, bound): (&str, &[f64], f64)| {
+            Comparison::new(stage, cpu.to_vec().into(), found.clone().into(), bound)
+        };
+        Ok((sides.map(compare).into(), Vec::new()))
     }
 }
 
@@ -72,23 +132,50 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
         }
     }
     let mut figures = Vec::new();
-    for (name, window, model) in &models {
-        let (state, forces) = inputs(model, 7);
-        let mut reference = Workspace::new(model, Precision::Reference);
-        let exact = aba(model, &state, &forces, &mut reference)?;
+    for (name, window, model) in models {
+        let (state, forces) = inputs(&model, 7);
         for (chunks, tree, bound) in precisions(device) {
-            let mut simulation = Simulation::on(device, model, &options(chunks, tree, *window))?;
-            simulation.set_state(&state)?;
-            simulation.set_forces(&forces)?;
-            let error = relative_error(&simulation.accelerations()?, exact);
-            figures.push(Figure::new(
-                format!("{name}, {chunks} over {tree}"),
-                error,
+            let problem = Problem {
+                model: model.clone(),
+                state: state.clone(),
+                forces: forces.clone(),
+                chunks,
+                tree,
+                window,
                 bound,
-            ));
+            };
+            let label = format!("{name}, {chunks} over {tree}");
+            let found = problem.compare(device);
+            figures.extend(judge(device, Problem::NAME, &label, &problem, found)?);
         }
     }
     Ok(figures)
+}
+
+/// A result beyond its bound leaves model, state and forces in a file, which replays.
+pub(super) fn captured(device: &Device) -> Outcome {
+    let model = generate::random_chain(33, &Rod::default(), 1)?;
+    let (state, forces) = inputs(&model, 7);
+    let problem = Problem {
+        model,
+        state,
+        forces,
+        chunks: Precision::F32,
+        tree: Precision::F32,
+        window: 8,
+        bound: 0.0,
+    };
+    let found = problem.compare(device);
+    let outcome = judge(device, Problem::NAME, "exactly", &problem, found);
+    let error = outcome.err().context("f32 was exact")?;
+    let path = file_of(&error)?;
+    let kept = Capture::read(path)?.inputs == serde_json::to_value(&problem)?;
+    let agrees = replay(path, Some("twin"), 3)?;
+    std::fs::remove_file(path)?;
+    Ok(vec![
+        holds("the file has model, state and forces", kept),
+        holds("it differs again", !agrees),
+    ])
 }
 
 /// A long chain: many levels in many workgroups.
