@@ -20,7 +20,7 @@ const fn cases(bodies: usize) -> usize {
 }
 
 /// Bodies beyond which a timed step always starts from a random state.
-const FEW_STEPS: usize = 65_536;
+pub(crate) const FEW_STEPS: usize = 65_536;
 
 /// What a row says that has fewer inputs than others.
 const FEWER_CASES: &str = "errors are the largest over 10 random inputs, over 3 beyond 8192 bodies, and of one beyond \

@@ -4,7 +4,7 @@
 use super::rows::shares;
 use super::{Meter, row, sample};
 use crate::row::Row;
-use crate::scenario::model::Subject;
+use crate::scenario::model::{FEW_STEPS, Subject};
 use crate::scenario::{Measurement, Selection};
 use crate::suite::{relative_error, worst_of};
 use std::time::Instant;
@@ -78,8 +78,10 @@ pub(crate) fn measurements<'a>(
         if selection.wants("step") {
             let one = chain.clone();
             add("step", Box::new(move |meter| one.step(meter, 1)));
-            let block = chain.clone();
-            add("step-16", Box::new(move |meter| block.step(meter, BLOCK)));
+            if bodies <= FEW_STEPS {
+                let block = chain.clone();
+                add("step-16", Box::new(move |meter| block.step(meter, BLOCK)));
+            }
         }
         // Only when asked for.
         if selection.methods.iter().any(|method| method == "shapes") {
@@ -194,11 +196,16 @@ impl Chain<'_> {
             .collect();
         let forward = relative_error(&simulation.state()?.qd, &expected);
         let dispatches = simulation.dispatches()?;
-        let mut taken = 0;
+        // Never far from the random state, from which long chains soon blow up.
+        let most = if expected.len() > FEW_STEPS {
+            1
+        } else {
+            2 * BLOCK
+        };
+        let mut taken = 1;
         let mut waits = Vec::new();
         let timing = sample(meter, || {
-            // Never far from the random state.
-            if taken >= 64 {
+            if taken >= most {
                 simulation.set_state(state)?;
                 simulation.poses()?;
                 taken = 0;
