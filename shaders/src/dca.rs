@@ -173,10 +173,6 @@ const DYNAMICS_PARTS: &[&str] = &[
     part!("join"),
     part!("nodes"),
     part!("rake"),
-    part!("chunk"),
-    part!("leaf"),
-    part!("respond"),
-    part!("advance"),
 ];
 
 /// The kernels in one choice of precisions.
@@ -186,24 +182,28 @@ pub struct Dca {
     pub chunks: Precision,
     /// Precision of the joins, at most that of the chunks.
     pub tree: Precision,
+    /// Whether chunks end with leaves.
+    pub leaves: bool,
+    /// Whether joints have several freedoms.
+    pub several: bool,
 }
 
 impl Dca {
-    /// All choices.
-    pub const ALL: [Self; 3] = [
-        Self {
-            chunks: Precision::F32,
-            tree: Precision::F32,
-        },
-        Self {
-            chunks: Precision::F64,
-            tree: Precision::F32,
-        },
-        Self {
-            chunks: Precision::F64,
-            tree: Precision::F64,
-        },
+    /// Of everything there is, in all precisions.
+    const ALL: [Self; 3] = [
+        Self::of(Precision::F32, Precision::F32),
+        Self::of(Precision::F64, Precision::F32),
+        Self::of(Precision::F64, Precision::F64),
     ];
+
+    const fn of(chunks: Precision, tree: Precision) -> Self {
+        Self {
+            chunks,
+            tree,
+            leaves: true,
+            several: true,
+        }
+    }
 
     /// What is across each chunk; a lane each, of all. [`Layer::stage`] is a [`Commit`].
     #[must_use]
@@ -230,7 +230,8 @@ impl Dca {
     #[must_use]
     pub fn assemble_chunks(self) -> Kernel {
         let kernel = self.dynamics("assemble_chunks", self.chunks, CHUNK_LANES);
-        let kernel = kernel.with(part!("advance_none"));
+        let kernel = self.with_chunks(kernel);
+        let kernel = kernel.with(part!("advance_none")).with(part!("rakes_none"));
         kernel.with(part!("assemble_chunks")).with(part!("leading"))
     }
 
@@ -238,7 +239,9 @@ impl Dca {
     #[must_use]
     pub fn solve_chunks(self, advance: Advance) -> Kernel {
         let kernel = self.dynamics("solve_chunks", self.chunks, CHUNK_LANES);
+        let kernel = self.with_chunks(kernel);
         let kernel = kernel.with(part!("solve_chunks")).with(part!("leading"));
+        let kernel = kernel.with(part!("rakes_none"));
         advancing(kernel, advance)
     }
 
@@ -246,19 +249,33 @@ impl Dca {
     #[must_use]
     pub fn join_parts(self) -> Kernel {
         let kernel = self.teams("join_parts", self.tree);
-        let kernel = kernel.with(part!("advance_none"));
         kernel.with(part!("join_parts"))
     }
 
     /// Rounds of any kind, joins too computed in the precision of the chunks.
     #[must_use]
     pub fn work_parts(self, advance: Advance) -> Kernel {
-        let kernel = self.teams("work_parts", self.chunks);
-        advancing(kernel.with(part!("work_parts")), advance)
+        let kernel = self.with_chunks(self.teams("work_parts", self.chunks));
+        let kernel = kernel.with(part!("work_parts")).with(part!("rakes_onto"));
+        advancing(kernel, advance)
+    }
+
+    /// Kernels of every kind, of all there is and of the least, with what they are.
+    pub(crate) fn all() -> Vec<(String, Kernel)> {
+        let both = |dca: Self| {
+            let least = Self {
+                leaves: false,
+                several: false,
+                ..dca
+            };
+            [dca, least]
+        };
+        let choices = Self::ALL.into_iter().flat_map(both);
+        choices.flat_map(Self::kernels).collect()
     }
 
     /// All of them, with what they are.
-    pub(crate) fn kernels(self) -> Vec<(String, Kernel)> {
+    fn kernels(self) -> Vec<(String, Kernel)> {
         let mut kernels = vec![
             self.turn_chunks(),
             self.turn_parts(),
@@ -270,11 +287,15 @@ impl Dca {
         let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
         kernels.extend(advances.map(|advance| self.work_parts(advance)));
         let named = |(number, kernel): (usize, Kernel)| {
-            let Self { chunks, tree } = self;
-            (
-                format!("{} {chunks:?} {tree:?} {number}", kernel.name()),
-                kernel,
-            )
+            let Self {
+                chunks,
+                tree,
+                leaves,
+                ..
+            } = self;
+            let content = if leaves { "all" } else { "least" };
+            let name = format!("{} {chunks:?} {tree:?} {content} {number}", kernel.name());
+            (name, kernel)
         };
         kernels.into_iter().enumerate().map(named).collect()
     }
@@ -296,14 +317,30 @@ impl Dca {
     fn dynamics(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
         let kernel = Kernel::new(name, DYNAMICS_PARTS, DYNAMICS, [lanes, 1, 1]);
         let kernel = self.precise(kernel, precision);
-        let epsilon = match precision {
+        kernel
+            .stride("forces", self.chunks.bytes())
+            .stride("nodes", 4 * self.tree.bytes())
+    }
+
+    /// Adds what chunks are worked on with, of what the model has.
+    fn with_chunks(self, kernel: Kernel) -> Kernel {
+        let epsilon = match self.chunks {
             Precision::F32 => part!("epsilon_f32"),
             Precision::F64 => part!("epsilon_f64"),
         };
-        kernel
-            .with(epsilon)
-            .stride("forces", self.chunks.bytes())
-            .stride("nodes", 4 * self.tree.bytes())
+        let leaf = if self.leaves {
+            part!("leaf")
+        } else {
+            part!("leaf_none")
+        };
+        let several = if self.several {
+            part!("several")
+        } else {
+            part!("several_none")
+        };
+        let parts = [part!("chunk"), part!("respond"), part!("advance")];
+        let parts = parts.into_iter().chain([epsilon, leaf, several]);
+        parts.fold(kernel, Kernel::with)
     }
 
     /// Rounds, joins of which teams of lanes take.

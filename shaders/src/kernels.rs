@@ -181,7 +181,7 @@ pub static KERNELS: std::sync::LazyLock<Vec<(String, Kernel)>> = std::sync::Lazy
     let others = [SET_RANGES, COMPACT, HISTOGRAM];
     kernels.extend(others.map(|kernel| (kernel.name().to_owned(), kernel)));
     kernels.extend(crate::batch::all());
-    kernels.extend(Dca::ALL.into_iter().flat_map(Dca::kernels));
+    kernels.extend(Dca::all());
     kernels.extend(crate::collision::kernels());
     kernels
 });

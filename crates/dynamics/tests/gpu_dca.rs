@@ -140,7 +140,13 @@ fn uneven_masses() {
         (Masses::Decades(4.0), 4),
     ] {
         let model = generate::uneven_tree(200, reach, &Rod::default(), &masses, 5).unwrap();
-        for (chunks, tree) in PRECISIONS {
+        // Trees need kernels of their own, which take a software driver long to compile.
+        let choices = if reach == 1 {
+            &PRECISIONS[..]
+        } else {
+            &PRECISIONS[1..2]
+        };
+        for &(chunks, tree) in choices {
             let what = format!("{masses:?} reach {reach}");
             compare(&device, &model, 7, &options(chunks, tree, 8), &what);
         }
@@ -160,47 +166,47 @@ fn steps_and_poses() {
     };
     let model = generate::random_tree(&shape, 11).unwrap();
     let (state, forces) = inputs(&model, 12);
-    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
-        for (chunks, tree, bound) in [
-            (Precision::F64, Precision::F64, 1e-10),
-            (Precision::F32, Precision::F32, 1e-3),
-        ] {
-            let options = Options {
-                integrator,
-                ..options(chunks, tree, 4)
-            };
-            let mut gpu = Simulation::on(&device, &model, &options).unwrap();
-            gpu.set_state(&state).unwrap();
-            gpu.set_forces(&forces).unwrap();
-            let mut cpu = vertebra_dynamics::Simulation::new(model.clone())
-                .unwrap()
-                .with_integrator(integrator);
-            cpu.set_state(state.clone()).unwrap();
-            *cpu.forces_mut() = forces.clone();
-            gpu.steps(1e-3, 18).unwrap();
-            for _ in 0..18 {
-                cpu.step(1e-3).unwrap();
+    let (euler, runge_kutta) = (Integrator::SemiImplicitEuler, Integrator::RungeKutta4);
+    for (integrator, tree, bound) in [
+        (euler, Precision::F32, 1e-5),
+        (runge_kutta, Precision::F64, 1e-10),
+    ] {
+        let chunks = Precision::F64;
+        let options = Options {
+            integrator,
+            ..options(chunks, tree, 4)
+        };
+        let mut gpu = Simulation::on(&device, &model, &options).unwrap();
+        gpu.set_state(&state).unwrap();
+        gpu.set_forces(&forces).unwrap();
+        let mut cpu = vertebra_dynamics::Simulation::new(model.clone())
+            .unwrap()
+            .with_integrator(integrator);
+        cpu.set_state(state.clone()).unwrap();
+        *cpu.forces_mut() = forces.clone();
+        gpu.steps(1e-3, 18).unwrap();
+        for _ in 0..18 {
+            cpu.step(1e-3).unwrap();
+        }
+        let moved = gpu.state().unwrap();
+        let expected = cpu.state();
+        assert_eq!(moved.time.to_bits(), expected.time.to_bits());
+        let largest = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+        for (found, expected) in [(&moved.q, &expected.q), (&moved.qd, &expected.qd)] {
+            let scale = largest(expected);
+            for (a, b) in found.iter().zip(expected) {
+                let error = (a - b).abs() / scale;
+                assert!(error <= bound, "{integrator:?} {chunks}: {error:e}");
             }
-            let moved = gpu.state().unwrap();
-            let expected = cpu.state();
-            assert_eq!(moved.time.to_bits(), expected.time.to_bits());
-            let largest = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
-            for (found, expected) in [(&moved.q, &expected.q), (&moved.qd, &expected.qd)] {
-                let scale = largest(expected);
-                for (a, b) in found.iter().zip(expected) {
-                    let error = (a - b).abs() / scale;
-                    assert!(error <= bound, "{integrator:?} {chunks}: {error:e}");
-                }
-            }
-            let poses = gpu.poses().unwrap();
-            for (body, pose) in model.body_ids().zip(&poses) {
-                let expected = cpu.pose(body).unwrap();
-                let apart = pose.translation - expected.translation;
-                let scale = 1.0 + expected.translation.length();
-                assert!(apart.length() <= 10.0 * bound * scale, "{apart}");
-                let angle = 1.0 - pose.rotation.dot(expected.rotation).abs();
-                assert!(angle <= 10.0 * bound, "{angle:e}");
-            }
+        }
+        let poses = gpu.poses().unwrap();
+        for (body, pose) in model.body_ids().zip(&poses) {
+            let expected = cpu.pose(body).unwrap();
+            let apart = pose.translation - expected.translation;
+            let scale = 1.0 + expected.translation.length();
+            assert!(apart.length() <= 10.0 * bound * scale, "{apart}");
+            let angle = 1.0 - pose.rotation.dot(expected.rotation).abs();
+            assert!(angle <= 10.0 * bound, "{angle:e}");
         }
     }
 }
@@ -370,23 +376,17 @@ fn singular_joints_are_named() {
     }
     let Some(device) = device() else { return };
     let model = description.build().unwrap();
-    for (chunks, tree) in PRECISIONS {
-        let options = options(chunks, tree, 8);
-        let mut simulation = Simulation::on(&device, &model, &options).unwrap();
-        simulation.set_state(&State::random(&model, 5)).unwrap();
-        let named = Error::SingularJoint {
-            body: "hub".to_owned(),
-        };
-        assert_eq!(
-            simulation.accelerations(),
-            Err(named.clone()),
-            "{chunks} {tree}"
-        );
-        let step = Error::Step {
-            step: 0,
-            count: 1,
-            source: Box::new(named),
-        };
-        assert_eq!(simulation.step(1e-3), Err(step));
-    }
+    let options = options(Precision::F64, Precision::F32, 8);
+    let mut simulation = Simulation::on(&device, &model, &options).unwrap();
+    simulation.set_state(&State::random(&model, 5)).unwrap();
+    let named = Error::SingularJoint {
+        body: "hub".to_owned(),
+    };
+    assert_eq!(simulation.accelerations(), Err(named.clone()));
+    let step = Error::Step {
+        step: 0,
+        count: 1,
+        source: Box::new(named),
+    };
+    assert_eq!(simulation.step(1e-3), Err(step));
 }

@@ -72,20 +72,12 @@ fn body_share(slot: u32, flags: u32, placed: Placed, axes: mat3x3<real>, share: 
     let moment = select(axes * l2.xyz, zero3(), (flags & AT_CENTER) != 0u);
     let turning = turning_force(rotational, moment, placed.spin);
     let force = force_sub(turning, pushed(slot, axes));
-    var sum: Rake = Rake(
+    let sum: Rake = Rake(
         inertia_scaled(inertia_rigid(rotational, moment, mass), share),
         force_scaled(force, share),
         vec2<real>(sym_trace(rotational), 3.0 * mass) * share,
     );
-    if (flags & CARRIES) != 0u {
-        for (var i = 0u; i < 2u; i++) {
-            let rake = rake_onto(slot, i);
-            if rake != NONE {
-                sum = rake_added(sum, get_rake(rake), share);
-            }
-        }
-    }
-    return sum;
+    return with_rakes(sum, slot, flags, share);
 }
 
 fn interior_added(part: Interior, body: Rake) -> Interior {
@@ -162,96 +154,12 @@ fn let_one_go(part: Interior, s: Motion, v: u32, floor: real, c: Motion, slot: u
     return accelerated(next, c);
 }
 
-// Records of joints of several freedoms take the places of these freedoms' records, of which the first three
-// numbers of four hold four vectors, and the last another one.
-fn put_several4(v: u32, i: u32, a: vec3<real>, b: vec3<real>, c: vec3<real>, d: vec3<real>) {
-    put4(freedoms_at() + v + i, sizes.dofs, a, b, c, d);
-}
-
-fn get_several4(v: u32, i: u32) -> Four { return get4(freedoms_at() + v + i, sizes.dofs); }
-
-fn put_several(v: u32, i: u32, a: vec3<real>) {
-    put(freedoms_at() + 3u * sizes.dofs + v + i, vec4<real>(a, 0.0));
-}
-
-fn get_several(v: u32, i: u32) -> vec3<real> {
-    return fetch(freedoms_at() + 3u * sizes.dofs + v + i).xyz;
-}
-
-// Lets all three turning freedoms go, along the world's axes: with A = LL', what is kept is L, L^-1 [A H'],
-// L^-1 B of the turning rows and L^-1 u. What is then left of IA, pA and B is known to be zero, but for the
-// force that drives the joint.
-fn let_turning_go(
-    part: Interior,
-    drive: vec3<real>,
-    v: u32,
-    floor: real,
-    c: Motion,
-    slot: u32,
-) -> Interior {
-    let factor = cholesky3(part.inertia.angular, floor);
-    if !factor.positive {
-        fail(SINGULAR, slot);
-    }
-    let turning = lower33(factor, full(part.inertia.angular));
-    let sliding = lower33(factor, transpose(part.inertia.coupling));
-    let tip_a = lower33(factor, part.tip.aa);
-    let tip_l = lower33(factor, part.tip.al);
-    let u = cholesky3_lower(factor, drive - part.bias.angular);
-    put_several4(v, 0u, turning[0], turning[1], turning[2], factor.inverse);
-    put_several4(v, 1u, sliding[0], sliding[1], sliding[2], factor.lower);
-    put_several4(v, 2u, tip_a[0], tip_a[1], tip_a[2], u);
-    put_several(v, 0u, tip_l[0]);
-    put_several(v, 1u, tip_l[1]);
-    put_several(v, 2u, tip_l[2]);
-    var next = part;
-    next.inertia = Inertia(
-        sym_zero(),
-        zero33(),
-        sym_sub(part.inertia.linear, gram3(sliding)),
-    );
-    next.bias = Force(drive, part.bias.linear + u * sliding);
-    next.tip = Matrix6(
-        zero33(),
-        zero33(),
-        part.tip.la - transpose(sliding) * tip_a,
-        part.tip.ll - transpose(sliding) * tip_l,
-    );
-    next.compliance = inertia_add(
-        part.compliance,
-        Inertia(gram3(tip_a), transpose(tip_l) * tip_a, gram3(tip_l)),
-    );
-    next.drift = force_add(part.drift, Force(u * tip_a, u * tip_l));
-    return accelerated(next, c);
-}
-
 // An inertia inverted, as it stands between forces on both sides: with M = LL', Z = L^-1 B and y = L^-1 p
 // its acceleration is L'^-1 (L^-1 f + Z f2 - y).
 struct Inverse {
     factor: Cholesky6,
     far: Matrix6,
     bias: Force,
-}
-
-fn put_several_inverse(v: u32, inverse: Inverse) {
-    let f = inverse.factor;
-    let z = inverse.far;
-    let y = inverse.bias;
-    put_several4(v, 0u, f.angular.inverse, f.angular.lower, f.linear.inverse, f.linear.lower);
-    put_several4(v, 1u, f.coupling[0], f.coupling[1], f.coupling[2], y.angular);
-    put_several4(v, 2u, z.aa[0], z.aa[1], z.aa[2], z.al[0]);
-    put_several4(v, 3u, z.la[0], z.la[1], z.la[2], z.al[1]);
-    put_several4(v, 4u, z.ll[0], z.ll[1], z.ll[2], z.al[2]);
-    put_several(v, 5u, y.linear);
-}
-
-fn get_several_inverse(v: u32) -> Inverse {
-    let f = get_several4(v, 0u);
-    let h = get_several4(v, 1u);
-    let aa = get_several4(v, 2u);
-    let la = get_several4(v, 3u);
-    let ll = get_several4(v, 4u);
-    return inverse_of(f, h, aa, la, ll, get_several(v, 5u));
 }
 
 fn inverse_of(f: Four, h: Four, aa: Four, la: Four, ll: Four, y: vec3<real>) -> Inverse {
@@ -272,28 +180,11 @@ fn inverse_of(f: Four, h: Four, aa: Four, la: Four, ll: Four, y: vec3<real>) -> 
     );
 }
 
-// Lets all six freedoms go: what is beyond moves by itself, with M a = f_Q - pA + B f2.
-fn let_all_go(part: Interior, drive: Force, v: u32, slot: u32) -> Interior {
-    let rounding: real = 4.0 * EPSILON;
-    let factor = cholesky6(part.inertia, part.carried.x * rounding, part.carried.y * rounding);
-    if !factor.positive {
-        fail(SINGULAR, slot);
-    }
-    let far = lower66(factor, part.tip);
-    let bias = lower6(factor, force_sub(part.bias, drive));
-    put_several_inverse(v, Inverse(factor, far, bias));
-    var next = part;
-    next.inertia = inertia_zero();
-    next.bias = drive;
-    next.tip = matrix6_zero();
-    next.compliance = inertia_add(part.compliance, gram6(far));
-    next.drift = force_sub(part.drift, matrix6_transpose_mul(far, bias));
-    return next;
-}
-
 // Passes through a slot's joint. A pivot that is within rounding of what it is computed from fails.
-fn let_go(part: Interior, slot: u32, kind: u32, axes: mat3x3<real>, c: Motion) -> Interior {
-    let v = dof_of(slot);
+fn let_go(part: Interior, spot: Spot, axes: mat3x3<real>, c: Motion) -> Interior {
+    let slot = spot.slot;
+    let kind = kind_of(spot.flags);
+    let v = spot.v;
     let floor: vec2<real> = part.carried * (4.0 * EPSILON);
     switch kind {
         case REVOLUTE: {
@@ -370,10 +261,13 @@ fn assemble_chunk(chunk: u32) {
             part = referred(part, get_placed(slot_at(slots, length)).offset);
         }
     }
+    var next = spot_at(slots, length - 1u);
     for (var i = 0u; i < length; i++) {
         let place = length - 1u - i;
-        let slot = slot_at(slots, place);
-        let flags = flags_of(slot);
+        let spot = next;
+        next = spot_at(slots, place - 1u);
+        let slot = spot.slot;
+        let flags = spot.flags;
         let placed = get_placed(slot);
         let axes = quaternion_matrix(placed.rotation);
         let is_last = place + 1u == slots.length;
@@ -391,7 +285,7 @@ fn assemble_chunk(chunk: u32) {
             shifted_angular_trace(part.inertia, placed.offset),
             sym_trace(part.inertia.linear),
         );
-        part = let_go(part, slot, kind_of(flags), axes, placed.bias_acceleration);
+        part = let_go(part, spot, axes, placed.bias_acceleration);
         part.carried = arriving;
         if is_inner || place > 0u {
             part = referred(part, placed.offset);

@@ -2,6 +2,8 @@
 // join.rs of the dynamics has the formulas. The basis of the constraint forces is the joint's axes without
 // those of its freedoms, whose rows and columns of G are those of the identity instead.
 
+const HAS_LEAVES = true;
+
 struct Mask {
     angular: vec3<real>,
     linear: vec3<real>,
@@ -179,11 +181,43 @@ fn get_leaf(index: u32) -> Leaf {
 }
 
 // The force that a leaf's joint transmits to it, given x and f2 at the ends of the chunk.
-fn leaf_force(slot: u32, leaf: Leaf, x: Force, f2: Force) -> Force {
+fn leaf_force(slot: u32, index: u32, x: Force, f2: Force) -> Force {
+    let leaf = get_leaf(index);
     let axes = quaternion_matrix(get_placed(slot).rotation);
     let constraint = force_between(leaf.joined, x, f2);
     return force_add(
         driven(kind_of(flags_of(slot)), dof_of(slot), axes),
         Force(axes * constraint.angular, axes * constraint.linear),
     );
+}
+
+// A leaf, acted on by f2 at its centre of mass and by `force` at its joint, which `given` would accelerate if
+// its freedoms stood still: of the accelerations on both sides the difference is S qdd.
+fn respond_leaf(
+    index: u32,
+    placed: Placed,
+    arm: vec3<real>,
+    kind: u32,
+    axes: mat3x3<real>,
+    f2: Force,
+    force: Force,
+    given: Motion,
+) -> Response {
+    let leaf = get_leaf(index);
+    let total = force_add(f2, force_shifted_back(force, -arm));
+    let center = upper6(leaf.own, force_sub(lower6(leaf.own, total), leaf.own_bias));
+    let across = motion_add(
+        motion_shifted(Motion(center.angular, center.linear), -arm),
+        centripetal(placed.spin, -arm),
+    );
+    let apart = motion_sub(across, given);
+    var joint = Motion(apart.angular * axes, apart.linear * axes);
+    switch kind {
+        case REVOLUTE: { joint = Motion(vec3<real>(joint.angular.z, 0.0, 0.0), zero3()); }
+        case PRISMATIC: { joint = Motion(vec3<real>(joint.linear.z, 0.0, 0.0), zero3()); }
+        case SPHERICAL: { joint.linear = zero3(); }
+        case FREE: {}
+        default: { joint = motion_zero(); }
+    }
+    return Response(across, joint);
 }

@@ -139,6 +139,20 @@ fn slot_at(slots: Slots, place: u32) -> u32 {
     return words[slots.jag + place] + slots.rank;
 }
 
+// A slot and what tables say of it: looked up a place ahead, because what is read of a body waits for these.
+struct Spot {
+    slot: u32,
+    flags: u32,
+    q: u32,
+    v: u32,
+}
+
+// At a place of a chunk, or at its last one.
+fn spot_at(slots: Slots, place: u32) -> Spot {
+    let slot = slot_at(slots, min(place, slots.length - 1u));
+    return Spot(slot, flags_of(slot), position_of(slot), dof_of(slot));
+}
+
 // Tables of joins. A parent is twice a join, and one more for its outboard part.
 const INBOARD_NODE = 0u;
 const OUTBOARD_NODE = 1u;

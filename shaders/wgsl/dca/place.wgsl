@@ -61,24 +61,41 @@ fn rate(at: u32) -> real { return real(state[work_qd() + at]); }
 
 fn rates3(at: u32) -> vec3<real> { return vec3<real>(rate(at), rate(at + 1u), rate(at + 2u)); }
 
-fn local(slot: u32, kind: u32) -> Local {
-    var found = Local(
-        vec4<real>(links[slot]),
-        vec4<real>(links[sizes.slots + slot]).xyz,
-        motion_zero(),
+// What is read of a joint, a place ahead too.
+struct Given {
+    spot: Spot,
+    rotation: vec4<real>,
+    offset: vec3<real>,
+    // Of joints of one freedom.
+    position: real,
+    rate: real,
+}
+
+fn given_at(slots: Slots, place: u32) -> Given {
+    let spot = spot_at(slots, place);
+    return Given(
+        spot,
+        vec4<real>(links[spot.slot]),
+        vec4<real>(links[sizes.slots + spot.slot]).xyz,
+        position(spot.q),
+        rate(spot.v),
     );
-    let q = position_of(slot);
-    let v = dof_of(slot);
-    switch kind {
+}
+
+fn local(given: Given) -> Local {
+    var found = Local(given.rotation, given.offset, motion_zero());
+    let q = given.spot.q;
+    let v = given.spot.v;
+    switch kind_of(given.spot.flags) {
         case REVOLUTE: {
-            let half: vec2<real> = sin_cos(0.5 * position(q));
+            let half: vec2<real> = sin_cos(0.5 * given.position);
             found.rotation = turned_by(found.rotation, vec4<real>(0.0, 0.0, half.x, half.y));
-            found.velocity.angular = vec3<real>(0.0, 0.0, rate(v));
+            found.velocity.angular = vec3<real>(0.0, 0.0, given.rate);
         }
         case PRISMATIC: {
-            let along: vec3<real> = vec3<real>(0.0, 0.0, position(q));
+            let along: vec3<real> = vec3<real>(0.0, 0.0, given.position);
             found.offset += quaternion_turned(found.rotation, along);
-            found.velocity.linear = vec3<real>(0.0, 0.0, rate(v));
+            found.velocity.linear = vec3<real>(0.0, 0.0, given.rate);
         }
         case SPHERICAL: {
             found.rotation = turned_by(found.rotation, orientation(q));
@@ -106,11 +123,12 @@ fn arm_of(slot: u32, flags: u32) -> vec3<real> {
 fn across_chunk(chunk: u32) -> Turn {
     let slots = slots_of(chunk);
     var across = no_turn();
+    var next = given_at(slots, 0u);
     for (var place = 0u; place < slots.length; place++) {
-        let slot = slot_at(slots, place);
-        let flags = flags_of(slot);
-        let joint = local(slot, kind_of(flags));
-        let arm = quaternion_turned(joint.rotation, arm_of(slot, flags));
+        let given = next;
+        next = given_at(slots, place + 1u);
+        let joint = local(given);
+        let arm = quaternion_turned(joint.rotation, arm_of(given.spot.slot, given.spot.flags));
         across = then(
             across,
             Turn(
@@ -175,11 +193,14 @@ fn under_chunk(chunk: u32) -> Turn {
 fn place_chunk(chunk: u32) {
     let slots = slots_of(chunk);
     var parent = under_chunk(chunk);
+    var next = given_at(slots, 0u);
     for (var place = 0u; place < slots.length; place++) {
-        let slot = slot_at(slots, place);
-        let flags = flags_of(slot);
+        let given = next;
+        next = given_at(slots, place + 1u);
+        let slot = given.spot.slot;
+        let flags = given.spot.flags;
         let kind = kind_of(flags);
-        let joint = local(slot, kind);
+        let joint = local(given);
         let rotation = turned_by(parent.rotation, joint.rotation);
         let offset = quaternion_turned(parent.rotation, joint.offset);
         let velocity = Motion(

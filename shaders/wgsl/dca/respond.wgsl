@@ -23,37 +23,7 @@ fn respond_one(v: u32, s: Motion, f2: Force, given: Motion) -> Response {
     );
 }
 
-fn respond_turning(v: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Response {
-    let a = get_several4(v, 0u);
-    let h = get_several4(v, 1u);
-    let t = get_several4(v, 2u);
-    let factor = Cholesky3(a.d, h.d, true);
-    let turning = mat3x3<real>(a.a, a.b, a.c);
-    let sliding = mat3x3<real>(h.a, h.b, h.c);
-    let wanted = t.d + mat3x3<real>(t.a, t.b, t.c) * f2.angular
-        + mat3x3<real>(get_several(v, 0u), get_several(v, 1u), get_several(v, 2u)) * f2.linear
-        - sliding * given.linear;
-    let first = cholesky3_upper(factor, wanted - turning * given.angular);
-    let once = given.angular + first;
-    let second = cholesky3_upper(factor, wanted - turning * once);
-    return Response(
-        Motion(once + second, given.linear),
-        Motion((first + second) * axes, zero3()),
-    );
-}
-
-fn respond_free(v: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Response {
-    let inverse = get_several_inverse(v);
-    let moved = force_sub(matrix6_mul(inverse.far, f2), inverse.bias);
-    let a = upper6(inverse.factor, moved);
-    return Response(
-        Motion(a.angular, a.linear),
-        Motion((a.angular - given.angular) * axes, (a.linear - given.linear) * axes),
-    );
-}
-
-fn respond(slot: u32, kind: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Response {
-    let v = dof_of(slot);
+fn respond(v: u32, kind: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Response {
     switch kind {
         case REVOLUTE: { return respond_one(v, Motion(axes[2], zero3()), f2, given); }
         case PRISMATIC: { return respond_one(v, Motion(zero3(), axes[2]), f2, given); }
@@ -63,41 +33,12 @@ fn respond(slot: u32, kind: u32, axes: mat3x3<real>, f2: Force, given: Motion) -
     }
 }
 
-// A leaf, acted on by f2 at its centre of mass and by `force` at its joint, which `given` would accelerate if
-// its freedoms stood still: of the accelerations on both sides the difference is S qdd.
-fn respond_leaf(
-    leaf: Leaf,
-    placed: Placed,
-    arm: vec3<real>,
-    kind: u32,
-    axes: mat3x3<real>,
-    f2: Force,
-    force: Force,
-    given: Motion,
-) -> Response {
-    let total = force_add(f2, force_shifted_back(force, -arm));
-    let center = upper6(leaf.own, force_sub(lower6(leaf.own, total), leaf.own_bias));
-    let across = motion_add(
-        motion_shifted(Motion(center.angular, center.linear), -arm),
-        centripetal(placed.spin, -arm),
-    );
-    let apart = motion_sub(across, given);
-    var joint = Motion(apart.angular * axes, apart.linear * axes);
-    switch kind {
-        case REVOLUTE: { joint = Motion(vec3<real>(joint.angular.z, 0.0, 0.0), zero3()); }
-        case PRISMATIC: { joint = Motion(vec3<real>(joint.linear.z, 0.0, 0.0), zero3()); }
-        case SPHERICAL: { joint.linear = zero3(); }
-        case FREE: {}
-        default: { joint = motion_zero(); }
-    }
-    return Response(across, joint);
-}
-
 fn respond_chunk(chunk: u32) {
     let slots = slots_of(chunk);
     let flags_at_ends = chunk_word(chunk, ENDS);
     let is_inner = (flags_at_ends & FROM_CUT) != 0u;
-    let has_leaf = (flags_at_ends & TO_LEAF) != 0u;
+    let has_leaf = HAS_LEAVES && (flags_at_ends & TO_LEAF) != 0u;
+    let leaf = chunk_word(chunk, LEAF);
     let parent = chunk_word(chunk, PARENT);
     var ends = Ends(force_zero(), force_zero());
     if parent != NONE {
@@ -115,7 +56,7 @@ fn respond_chunk(chunk: u32) {
     var on_leaf = force_zero();
     if has_leaf {
         let last = slot_at(slots, slots.length - 1u);
-        on_leaf = leaf_force(last, get_leaf(chunk_word(chunk, LEAF)), ends.x, ends.f2);
+        on_leaf = leaf_force(last, leaf, ends.x, ends.f2);
         tip = force_scaled(on_leaf, -1.0);
     }
     var a = Motion(ends.x.angular, ends.x.linear);
@@ -128,9 +69,12 @@ fn respond_chunk(chunk: u32) {
         let center = upper6(inverse.factor, moved);
         a = Motion(center.angular, center.linear);
     }
+    var next = spot_at(slots, 0u);
     for (var place = 0u; place < slots.length; place++) {
-        let slot = slot_at(slots, place);
-        let flags = flags_of(slot);
+        let spot = next;
+        next = spot_at(slots, place + 1u);
+        let slot = spot.slot;
+        let flags = spot.flags;
         let kind = kind_of(flags);
         let placed = get_placed(slot);
         let axes = quaternion_matrix(placed.rotation);
@@ -141,10 +85,9 @@ fn respond_chunk(chunk: u32) {
         a = motion_add(a, placed.bias_acceleration);
         var response: Response;
         if has_leaf && place + 1u == slots.length {
-            let leaf = get_leaf(chunk_word(chunk, LEAF));
             response = respond_leaf(leaf, placed, arm, kind, axes, ends.f2, on_leaf, a);
         } else {
-            response = respond(slot, kind, axes, tip, a);
+            response = respond(spot.v, kind, axes, tip, a);
         }
         a = response.body;
         if !(is_finite3(a.angular) && is_finite3(a.linear)) {

@@ -91,6 +91,8 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
             dca: Dca {
                 chunks: T::PRECISION,
                 tree: L::PRECISION,
+                leaves: tables.sizes.leaves > 0,
+                several: tables.several,
             },
             sizes: device.buffer_from("sizes", &[tables.sizes])?,
             words: device.buffer_from("words", &tables.words)?,

@@ -38,6 +38,8 @@ pub(super) struct Tables {
     pub(super) words: Vec<u32>,
     /// Constants of the bodies, in the order of the kernels.
     pub(super) links: Vec<[f64; 4]>,
+    /// Whether joints have several freedoms.
+    pub(super) several: bool,
     /// Chunks of the first round.
     pub(super) leading: u32,
     /// How dynamics and kinematics go through the rounds that follow.
@@ -61,6 +63,7 @@ impl Tables {
             sizes: Sizes::default(),
             words: Vec::new(),
             links: Vec::new(),
+            several: plan.links.iter().any(|link| link.kind.dof_count() > 1),
             leading: small(plan.schedule.chunks_in(0).len()),
             work: Vec::new(),
             turn: Vec::new(),
