@@ -37,6 +37,9 @@ pub enum Command {
         /// the best there is.
         #[arg(long, value_enum, default_value = "cpu")]
         backend: Backend,
+        /// Run only the checks whose names contain one of these.
+        #[arg(long, value_name = "NAME", value_delimiter = ',')]
+        only: Vec<String>,
     },
     /// Compute the inputs of a file on the CPU and on the GPU and compare, element by element.
     Replay {

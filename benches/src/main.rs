@@ -17,9 +17,11 @@ fn main() -> ExitCode {
         Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Compare(arguments) => judge(&arguments).map(Outcome::of),
         Command::Report(arguments) => report(&arguments).map(|()| Outcome::Success),
-        Command::Selftest { figures, backend } => {
-            selftest::selftest(backend, figures).map(Outcome::of)
-        }
+        Command::Selftest {
+            figures,
+            backend,
+            only,
+        } => selftest::selftest(backend, figures, &only).map(Outcome::of),
         Command::Replay { file, dump, rows } => {
             replay::replay(&file, dump.as_deref(), rows).map(Outcome::of)
         }
