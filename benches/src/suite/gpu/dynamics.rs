@@ -4,6 +4,7 @@
 use super::compare::{Compared, file_of, judge};
 use super::{holds, is_software};
 use crate::replay::replay;
+use crate::suite::trees::own_gravity;
 use crate::suite::{Figure, Outcome, relative_error, worst_of};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
@@ -91,7 +92,8 @@ impl Problem {
     }
 }
 
-pub(super) fn inputs(model: &Model, seed: u64) -> (State, Forces) {
+/// A random state under forces of all kinds; in a forest, the second tree under gravity of its own.
+pub(super) fn inputs(model: &Model, seed: u64) -> anyhow::Result<(State, Forces)> {
     let mut random = Random::new(seed);
     let mut forces = Forces::none(model);
     forces.joint.fill_with(|| random.symmetric());
@@ -106,7 +108,8 @@ pub(super) fn inputs(model: &Model, seed: u64) -> (State, Forces) {
         };
         forces.push(bodies[random.below(bodies.len())], wrench);
     }
-    (State::random(model, seed), forces)
+    own_gravity(model, &mut forces)?;
+    Ok((State::random(model, seed), forces))
 }
 
 /// Chains and trees of all joints, fixed and floating, forests, chunks short and long.
@@ -133,7 +136,7 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
     }
     let mut figures = Vec::new();
     for (name, window, model) in models {
-        let (state, forces) = inputs(&model, 7);
+        let (state, forces) = inputs(&model, 7)?;
         for (chunks, tree, bound) in precisions(device) {
             let problem = Problem {
                 model: model.clone(),
@@ -155,7 +158,7 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
 /// A result beyond its bound leaves model, state and forces in a file, which replays.
 pub(super) fn captured(device: &Device) -> Outcome {
     let model = generate::random_chain(33, &Rod::default(), 1)?;
-    let (state, forces) = inputs(&model, 7);
+    let (state, forces) = inputs(&model, 7)?;
     let problem = Problem {
         model,
         state,
@@ -188,7 +191,7 @@ pub(super) fn steps(device: &Device) -> Outcome {
         mixed: true,
     };
     let model = generate::random_tree(&tree, 11)?;
-    let (state, forces) = inputs(&model, 12);
+    let (state, forces) = inputs(&model, 12)?;
     let mut figures = Vec::new();
     for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
         let mut cpu = vertebra::Simulation::new(model.clone())?.with_integrator(integrator);
@@ -208,7 +211,7 @@ pub(super) fn steps(device: &Device) -> Outcome {
             gpu.steps(1e-4, 18)?;
             let moved = gpu.state()?;
             let name = |what| format!("{what}, {integrator:?}, {chunks} over {tree}");
-            let expected = cpu.state();
+            let expected = cpu.state()?.clone();
             let q = relative_error(&moved.q, &expected.q);
             figures.push(Figure::new(name("positions"), q, bound));
             let qd = relative_error(&moved.qd, &expected.qd);
@@ -231,7 +234,7 @@ pub(super) fn steps(device: &Device) -> Outcome {
 pub(super) fn same_bits(device: &Device) -> Outcome {
     let count = if is_software(device) { 300 } else { 5000 };
     let model = generate::random_tree(&RandomTree::mixed(count), 3)?;
-    let (state, forces) = inputs(&model, 4);
+    let (state, forces) = inputs(&model, 4)?;
     let run = |calls: &[usize]| -> anyhow::Result<State> {
         let mut simulation = Simulation::on(device, &model, &Options::default())?;
         simulation.set_state(&state)?;

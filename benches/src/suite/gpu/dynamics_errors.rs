@@ -63,7 +63,7 @@ pub(super) fn seeds(device: &Device) -> Outcome {
         let mut worst = vec![0.0_f64; list.len()];
         for seed in 0..seeds {
             let model = generate::random_chain(count, &Rod::default(), 100 * seed)?;
-            let (state, forces) = inputs(&model, 100 * seed + 1);
+            let (state, forces) = inputs(&model, 100 * seed + 1)?;
             let exact = exact(&model, &state, &forces)?;
             for (&(chunks, tree, _), worst) in list.iter().zip(&mut worst) {
                 let mut simulation = Simulation::on(device, &model, &options(chunks, tree, 8))?;
@@ -157,7 +157,7 @@ pub(super) fn shapes(device: &Device) -> Outcome {
     }
     let mut figures = Vec::new();
     for (name, model) in models {
-        let (state, forces) = inputs(&model, 5);
+        let (state, forces) = inputs(&model, 5)?;
         let exact = exact(&model, &state, &forces)?;
         for &(chunks, tree, bound) in &list {
             let mut simulation = Simulation::on(device, &model, &options(chunks, tree, 8))?;
@@ -221,7 +221,7 @@ pub(super) fn long_chain(device: &Device) -> Outcome {
     let mut figures = Vec::new();
     for &count in counts {
         let model = generate::random_chain(count, &Rod::default(), 1)?;
-        let (state, forces) = inputs(&model, 2);
+        let (state, forces) = inputs(&model, 2)?;
         let exact = exact(&model, &state, &forces)?;
         for (chunks, tree, bound) in precisions(device) {
             let mut simulation = Simulation::on(device, &model, &options(chunks, tree, 8))?;
