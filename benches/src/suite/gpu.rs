@@ -80,6 +80,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_accelerations", dynamics::accelerations),
     check("dca_captured", dynamics::captured),
     check("dca_long_chain", dynamics::long_chain),
+    check("dynamics_refined", dynamics::refined),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),
     check("dca_many_steps", dynamics::many_steps),

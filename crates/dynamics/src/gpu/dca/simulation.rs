@@ -27,6 +27,9 @@ const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
 const LONG_CHAIN: usize = 8192;
 
+/// Corrections after which a solution has all the digits of its chunks.
+const MOST_SWEEPS: usize = 3;
+
 /// Angle up to which f32 has digits left for sines \[rad\].
 const LARGEST_F32_ANGLE: f64 = 131_072.0;
 
@@ -42,6 +45,9 @@ pub struct Options {
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
+    /// Corrections of every solution by what it leaves of the bodies' equations, at most 3; each gains
+    /// the digits that the joins have, up to those of the chunks, which have to be in f64.
+    pub sweeps: usize,
 }
 
 /// The buffer with all poses: for each body, in the model's order, orientation x, y, z, w, then
@@ -104,7 +110,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
-    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Model`] for a bad schedule; [`Error::Gpu`], among
+    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`]; [`Error::Model`] for a bad schedule; [`Error::Gpu`], among
     /// others where a buffer exceeds the adapter's limits.
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         let precisions = precisions(device, options)?;
@@ -122,7 +128,7 @@ impl Simulation {
             .unwrap_or(ScheduleOptions::with_window(window));
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &gathering)?;
-        let tables = Tables::new(model, &Plan::new(model, schedule, &weights));
+        let tables = Tables::new(model, &Plan::new(model, schedule, &weights), options.sweeps);
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(Engine::new(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(Engine::new(device, &tables)?),
@@ -628,5 +634,11 @@ fn precisions(device: &Device, options: &Options) -> Result<(Precision, Precisio
         }
     }
     check_precisions(chunks, tree)?;
+    if options.sweeps > MOST_SWEEPS || options.sweeps > 0 && chunks == Precision::F32 {
+        return Err(Error::Sweeps {
+            sweeps: options.sweeps,
+            chunks,
+        });
+    }
     Ok((chunks, tree))
 }
