@@ -30,6 +30,8 @@ mod units;
 #[cfg(feature = "urdf")]
 pub mod urdf;
 mod validate;
+#[cfg(feature = "xml")]
+pub mod xml;
 
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
 pub use error::{InertiaViolation, ModelError};
