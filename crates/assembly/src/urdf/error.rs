@@ -1,7 +1,7 @@
 //! What can be wrong with a URDF file, and where.
 
-use crate::ModelError;
-use crate::xml::{Location, XmlError, XmlProblem};
+use crate::xml::{XmlError, XmlProblem};
+use crate::{Location, ModelError};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 

@@ -9,7 +9,7 @@
 //! [`Options`] changes both. A link without `<inertial>` has no mass. Roll, pitch and yaw turn
 //! about fixed axes, in this order.
 //!
-//! [`write`] makes a URDF file of a model, from which [`parse`] gives the model back to the last bit.
+//! [`write()`] makes a URDF file of a model, from which [`parse`] gives the model back to the last bit.
 //!
 //! Limits, damping, friction and mimics are kept in the model's joints, which lists them in
 //! [`Model::not_simulated`].
@@ -51,7 +51,7 @@ mod robot;
 mod tree;
 mod write;
 
-pub use crate::xml::{Ignored, Location};
+pub use crate::{Ignored, Location};
 pub use error::{Problem, UrdfError};
 pub use geometry::{Geometry, Mesh, Role, Shape};
 pub use robot::{DoubtfulInertia, Robot, parse, read};

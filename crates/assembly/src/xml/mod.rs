@@ -1,15 +1,18 @@
 //! XML models: elements with the line of everything that is wrong or has no effect.
 //!
 //! What the importers of URDF, MJCF and SDF share. A [`Reader`] walks one document; everything it
-//! refuses is an [`XmlError`] with line and element, and everything it passes over an [`Ignored`].
+//! refuses is an [`XmlError`] with line and element, and everything it passes over an [`Ignored`](crate::Ignored).
 
 mod error;
 mod reader;
 
-pub use error::{Ignored, Location, XmlError, XmlProblem};
+pub use error::{XmlError, XmlProblem};
+#[cfg(feature = "urdf")]
 pub(crate) use reader::EXTENSION;
 pub use reader::{Reader, from_roll_pitch_yaw};
 pub use roxmltree::{Document, Node};
+
+use crate::Location;
 
 /// Parses XML text. Document types are refused: entities can be made to explode.
 ///

@@ -1,6 +1,7 @@
 //! Reading XML elements, with the line of everything that is wrong or has no effect.
 
-use super::{Ignored, Location, XmlError, XmlProblem};
+use super::{XmlError, XmlProblem};
+use crate::{Ignored, Location};
 use glam::{DQuat, DVec3};
 use roxmltree::{Document, Node};
 use vertebra_spatial::Pose;
