@@ -137,6 +137,16 @@ pub enum Error {
         /// The pivot that is not positive.
         pivot: usize,
     },
+    /// Points that cannot accelerate in every direction have no operational-space inertia.
+    #[error(
+        "the points have no operational-space inertia: that of body `{body}` cannot accelerate in direction {direction} (0 to 2 turn about x, y, z, 3 to 5 move along) independently of the others; ask for the inverse, or for fewer points"
+    )]
+    SingularOperationalInertia {
+        /// The body whose point it is.
+        body: String,
+        /// The first direction that depends on those before.
+        direction: usize,
+    },
     /// A dense matrix that is too large, or for which there is no memory.
     #[error(
         "a dense {dofs} x {dofs} matrix does not fit: at most {limit} degrees of freedom, given the memory; use ABA, which needs none"

@@ -252,9 +252,8 @@ pub(super) fn refined(device: &Device) -> Outcome {
     models.push(("long chain", generate::random_chain(count, &rod, 1)?));
     let mut figures = Vec::new();
     for (name, model) in models {
-        let (state, forces) = inputs(&model, 7);
-        let mut reference = Workspace::new(&model, Precision::Reference);
-        let exact = aba(&model, &state, &forces, &mut reference)?;
+        let (state, forces) = inputs(&model, 7)?;
+        let exact = exact(&model, &state, &forces)?;
         for (sweeps, bound) in [(1, 1e-9), (2, 1e-10)] {
             let options = Options {
                 sweeps,
@@ -263,7 +262,7 @@ pub(super) fn refined(device: &Device) -> Outcome {
             let mut simulation = Simulation::on(device, &model, &options)?;
             simulation.set_state(&state)?;
             simulation.set_forces(&forces)?;
-            let error = relative_error(&simulation.accelerations()?, exact);
+            let error = relative_error(&simulation.accelerations()?, &exact);
             let name = format!("{name}, {sweeps} of 2 corrections");
             figures.push(Figure::new(name, error, bound));
         }
