@@ -251,7 +251,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 66] = [
+const METHODS: [&str; 67] = [
     "aba",
     "aba-refined",
     "build",
@@ -285,6 +285,7 @@ const METHODS: [&str; 66] = [
     "self",
     "self-pairs",
     "self-pairs-resident",
+    "seeds",
     "moller",
     "moller-pairs",
     "moller0",

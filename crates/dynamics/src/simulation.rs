@@ -63,7 +63,7 @@ impl Simulation {
     /// f64, on a GPU by divide and conquer in f64 with joins in f32, or all in f32 where it has no f64.
     ///
     /// # Errors
-    /// On a GPU, [`Error::ModelTooLarge`] and [`Error::Gpu`].
+    /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`.
     pub fn on(device: &Device, model: Model) -> Result<Self, Error> {
         let (runs, choice) = Runs::on(device, &model)?;
         Ok(Self {
@@ -182,7 +182,7 @@ impl Simulation {
     /// The state, which is read back from a GPU if it has moved on.
     ///
     /// # Errors
-    /// On a GPU, [`Error::Gpu`].
+    /// On a GPU, `Error::Gpu`.
     pub fn state(&mut self) -> Result<&State, Error> {
         self.fetch_state()?;
         Ok(&self.state)
@@ -192,7 +192,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::Model`] if it does not fit the model; on a GPU, [`Error::Overflow`] if it does not fit
-    /// the precision, and [`Error::Gpu`]. Then the old one is kept.
+    /// the precision, and `Error::Gpu`. Then the old one is kept.
     pub fn set_state(&mut self, state: State) -> Result<(), Error> {
         state.check(&self.model)?;
         #[cfg(feature = "gpu")]
@@ -267,7 +267,7 @@ impl Simulation {
     /// Where a body is in the world.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::UnknownBody`]; on a GPU, `Error::Gpu`.
     pub fn pose(&mut self, body: BodyId) -> Result<Pose, Error> {
         self.posed_workspace()?.pose(body)
     }
@@ -275,7 +275,7 @@ impl Simulation {
     /// Where all bodies are in the world, in the model's order.
     ///
     /// # Errors
-    /// [`Error::Overflow`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::Overflow`]; on a GPU, `Error::Gpu`.
     pub fn poses(&mut self) -> Result<&[Pose], Error> {
         #[cfg(feature = "gpu")]
         if let Runs::Gpu(remote) = &mut self.runs {
@@ -337,7 +337,7 @@ impl Simulation {
     /// How fast a body moves.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::UnknownBody`]; on a GPU, `Error::Gpu`.
     pub fn velocity(&mut self, body: BodyId) -> Result<BodyMotion, Error> {
         self.posed_workspace()?.velocity(body)
     }
@@ -373,7 +373,7 @@ impl Simulation {
     /// Energies, momenta and centre of mass.
     ///
     /// # Errors
-    /// [`Error::Overflow`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::Overflow`]; on a GPU, `Error::Gpu`.
     pub fn mechanics(&mut self) -> Result<Mechanics, Error> {
         self.fetch_state()?;
         self.posed = false;
