@@ -16,6 +16,7 @@ mod crossover;
 pub mod csv;
 pub mod export;
 pub mod frames;
+pub mod fuzz;
 pub mod interrupt;
 pub mod measure;
 pub mod peers;

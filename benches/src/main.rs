@@ -9,12 +9,15 @@ use clap::Parser;
 use std::process::ExitCode;
 use vertebra_bench::cli::{Cli, Command, CompareArgs, ReportArgs};
 use vertebra_bench::run::Outcome;
-use vertebra_bench::{accuracy, compare, export, interrupt, peers, replay, results, run, selftest};
+use vertebra_bench::{
+    accuracy, compare, export, fuzz, interrupt, peers, replay, results, run, selftest,
+};
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Bench(arguments) => run::bench(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
+        Command::Fuzz(arguments) => fuzz::run(&arguments),
         Command::Compare(arguments) => judge(&arguments).map(Outcome::of),
         Command::Report(arguments) => report(&arguments).map(|()| Outcome::Success),
         Command::Selftest {

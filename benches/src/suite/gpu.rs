@@ -85,6 +85,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_shapes", dynamics_errors::shapes),
     check("dynamics_seeds", dynamics_errors::seeds),
     check("dynamics_f32_seeds", dynamics_errors::f32_seeds),
+    check("dynamics_refined", dynamics_errors::refined),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),

@@ -180,6 +180,18 @@ pub enum Error {
         /// The precision asked for.
         precision: crate::Precision,
     },
+    /// Corrections that a device does not make.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "{sweeps} corrections of solutions with chunks in {chunks}: ask for 3 at most, on an adapter with f64 and with chunks in {}",
+        crate::Precision::F64
+    )]
+    Sweeps {
+        /// Corrections of each solution asked for.
+        sweeps: usize,
+        /// Precision of the chunks.
+        chunks: crate::Precision,
+    },
     /// One of several steps failed.
     #[error("step {step} of {count} (counted from 0) failed: {source}")]
     Step {

@@ -4,14 +4,15 @@
 use super::dynamics::{inputs, options, precisions};
 use super::is_software;
 use crate::suite::{Figure, Outcome, relative_error, worst_of};
-use vertebra::dynamics::gpu::Simulation;
-use vertebra::generate::{self, RandomTree, Rod};
+use vertebra::dynamics::gpu::{Options, Simulation};
+use vertebra::generate::{self, Masses, RandomTree, Rod};
 use vertebra::glam::DVec3;
 use vertebra::{
     DcaOptions, DcaWorkspace, Error, Forces, Joint, MassProperties, Model, ModelDescription, Pose,
     Precision, Random, State, Workspace, aba, dca,
 };
 use vertebra_gpu::Device;
+use vertebra_gpu::wgpu::Features;
 
 /// Sizes of the table of errors, and how many seeds of each: one and two bodies, odd numbers, chains of
 /// many rounds. Those beyond a thousand are for hardware.
@@ -230,6 +231,41 @@ pub(super) fn long_chain(device: &Device) -> Outcome {
             let error = relative_error(&simulation.accelerations()?, &exact);
             let name = format!("{count} bodies, {chunks} over {tree}");
             figures.push(Figure::new(name, error, bound_for(bound, count)));
+        }
+    }
+    Ok(figures)
+}
+
+/// Corrected solutions: chains, uneven masses, trees of all joints, a long chain.
+pub(super) fn refined(device: &Device) -> Outcome {
+    if !device.features().contains(Features::SHADER_F64) {
+        return Ok(vec![]);
+    }
+    let rod = Rod::default();
+    let mut models = vec![("chain of 300", generate::random_chain(300, &rod, 1)?)];
+    let masses = Masses::HeavyTips(1e8);
+    models.push(("heavy tip", generate::uneven_tree(200, 1, &rod, &masses, 5)?));
+    let masses = Masses::Decades(4.0);
+    models.push(("4 decades", generate::uneven_tree(200, 4, &rod, &masses, 5)?));
+    models.push(("tree of 500", generate::random_tree(&RandomTree::mixed(500), 3)?));
+    let count = if is_software(device) { 2000 } else { 65_536 };
+    models.push(("long chain", generate::random_chain(count, &rod, 1)?));
+    let mut figures = Vec::new();
+    for (name, model) in models {
+        let (state, forces) = inputs(&model, 7);
+        let mut reference = Workspace::new(&model, Precision::Reference);
+        let exact = aba(&model, &state, &forces, &mut reference)?;
+        for (sweeps, bound) in [(1, 1e-9), (2, 1e-10)] {
+            let options = Options {
+                sweeps,
+                ..options(Precision::F64, Precision::F32, 4)
+            };
+            let mut simulation = Simulation::on(device, &model, &options)?;
+            simulation.set_state(&state)?;
+            simulation.set_forces(&forces)?;
+            let error = relative_error(&simulation.accelerations()?, exact);
+            let name = format!("{name}, {sweeps} of 2 corrections");
+            figures.push(Figure::new(name, error, bound));
         }
     }
     Ok(figures)

@@ -121,6 +121,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
                 tree: L::PRECISION,
                 leaves: tables.sizes.leaves > 0,
                 several: tables.several,
+                refined: tables.sweeps > 0,
             },
             sizes: device.buffer_from("sizes", &[tables.sizes])?,
             words: device.buffer_from("words", &tables.words)?,
@@ -343,7 +344,8 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             ..Layer::default()
         };
         self.chunks(&dca.turn_chunks(), layer, Self::motion);
-        self.layers(&self.tables.turn, 0, Self::motion, |_| dca.turn_parts());
+        let every = Layer::default();
+        self.layers(&self.tables.turn, every, Self::motion, |_| dca.turn_parts());
     }
 
     fn place(&mut self) {
@@ -352,16 +354,30 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
     }
 
     fn solve(&mut self, advance: Advance, stage: u32) {
-        let (dca, leading) = (self.dca, self.leading(stage));
-        self.chunks(&dca.assemble_chunks(), leading, Self::dynamics);
-        self.layers(&self.tables.work, stage, Self::dynamics, |layer| {
-            if layer.mixed {
-                dca.work_parts(advance)
+        let (dca, sweeps) = (self.dca, self.tables.sweeps);
+        for sweep in 0..=sweeps {
+            let layer = Layer {
+                sweep: small(sweep),
+                ..self.leading(stage)
+            };
+            let advance = if sweep == sweeps {
+                advance
             } else {
-                dca.join_parts()
+                Advance::None
+            };
+            if sweep == 0 {
+                self.chunks(&dca.assemble_chunks(), layer, Self::dynamics);
             }
-        });
-        self.chunks(&dca.solve_chunks(advance), leading, Self::dynamics);
+            self.layers(&self.tables.work, layer, Self::dynamics, |rounds| {
+                match (rounds.mixed, sweep) {
+                    (true, 0) => dca.work_parts(advance),
+                    (true, _) => dca.rework_parts(advance),
+                    (false, 0) => dca.join_parts(),
+                    (false, _) => dca.rejoin_parts(),
+                }
+            });
+            self.chunks(&dca.solve_chunks(advance), layer, Self::dynamics);
+        }
     }
 
     /// The chunks of the first round.
@@ -373,11 +389,11 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         }
     }
 
-    /// Up and down again over the layers of rounds.
+    /// Up and down again over the layers of rounds; `every` has what they share.
     fn layers(
         &mut self,
         layers: &[Layered],
-        stage: u32,
+        every: Layer,
         buffers: impl Fn(&Self, Slot<Layer>) -> Vec<AnySlot>,
         kernel: impl Fn(&Layered) -> Kernel,
     ) {
@@ -392,7 +408,7 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                 rounds: layer.rounds,
                 starts: layer.starts,
                 ways: way as u32,
-                stage,
+                ..every
             };
             let uniform = self.recording.buffer_from("layer", &[content]);
             let buffers = buffers(self, uniform);

@@ -12,6 +12,9 @@ const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
 const LONG_CHAIN: usize = 8192;
 
+/// Corrections after which a solution has all the digits of its chunks.
+const MOST_SWEEPS: usize = 3;
+
 /// How a model is simulated on a GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
@@ -24,6 +27,9 @@ pub struct Options {
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
+    /// Corrections of every solution by what it leaves of the bodies' equations, at most 3; each gains
+    /// the digits that the joins have, up to those of the chunks, which have to be in f64.
+    pub sweeps: usize,
 }
 
 impl Options {
@@ -57,6 +63,12 @@ impl Options {
             }
         }
         check_precisions(chunks, tree)?;
+        if self.sweeps > MOST_SWEEPS || self.sweeps > 0 && chunks == Precision::F32 {
+            return Err(Error::Sweeps {
+                sweeps: self.sweeps,
+                chunks,
+            });
+        }
         Ok((chunks, tree))
     }
 }

@@ -73,8 +73,9 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
-    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Model`] for a bad
-    /// schedule; [`Error::ModelTooLarge`] with the limit and how many bodies fit; [`Error::Gpu`].
+    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
+    /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
+    /// fit; [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
@@ -83,7 +84,7 @@ impl Simulation {
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
-        let tables = Tables::new(model, &Plan::new(model, schedule, &weights));
+        let tables = Tables::new(model, &Plan::new(model, schedule, &weights), options.sweeps);
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),
