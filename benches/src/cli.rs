@@ -268,7 +268,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 66] = [
+const METHODS: [&str; 67] = [
     "aba",
     "aba-refined",
     "build",
@@ -302,6 +302,7 @@ const METHODS: [&str; 66] = [
     "self",
     "self-pairs",
     "self-pairs-resident",
+    "seeds",
     "moller",
     "moller-pairs",
     "moller0",

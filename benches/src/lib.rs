@@ -12,6 +12,7 @@
 pub mod accuracy;
 pub mod cli;
 pub mod compare;
+mod crossover;
 pub mod csv;
 pub mod export;
 pub mod frames;

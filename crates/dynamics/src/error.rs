@@ -243,7 +243,6 @@ pub enum Error {
         given: usize,
     },
     /// What simulations on a GPU do not do.
-    #[cfg(feature = "gpu")]
     #[error("{what} is not available on a GPU: {remedy}")]
     UnavailableOnGpu {
         /// What was asked for.
@@ -252,13 +251,11 @@ pub enum Error {
         remedy: &'static str,
     },
     /// A GPU asked of a build that has none.
-    #[cfg(not(feature = "gpu"))]
     #[error(
         "this build does not compute on a GPU: enable the feature `gpu`, or use `Device::cpu()`"
     )]
     GpuNotBuilt,
     /// A model that does not fit a device.
-    #[cfg(feature = "gpu")]
     #[error(
         "a model of {bodies} bodies needs more than the device's {limit} = {available}: one like it of {fit} bodies fits; make several models, or simulate on the CPU"
     )]

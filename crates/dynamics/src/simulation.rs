@@ -63,10 +63,30 @@ impl Simulation {
     /// f64, on a GPU by divide and conquer in f64 with joins in f32, or all in f32 where it has no f64.
     ///
     /// # Errors
-    /// On a GPU, [`Error::ModelTooLarge`] and [`Error::Gpu`].
+    /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`.
     pub fn on(device: &Device, model: Model) -> Result<Self, Error> {
         let (runs, choice) = Runs::on(device, &model)?;
-        Ok(Self {
+        Ok(Self::from_parts(model, runs, choice))
+    }
+
+    /// A simulation on a GPU with options that are a GPU's alone, corrections of every solution among them.
+    ///
+    /// # Errors
+    /// As [`gpu::Simulation::on`](crate::gpu::Simulation::on).
+    #[cfg(feature = "gpu")]
+    pub fn on_gpu(
+        device: &vertebra_gpu::Device,
+        model: Model,
+        options: &crate::gpu::Options,
+    ) -> Result<Self, Error> {
+        let expected = Choice::with_gpu(&model, device, options)?;
+        let (runs, choice) = Runs::on_gpu(device, &model, options, (expected, true))?;
+        let simulation = Self::from_parts(model, runs, choice);
+        Ok(simulation.with_integrator(options.integrator))
+    }
+
+    fn from_parts(model: Model, runs: Runs, choice: Choice) -> Self {
+        Self {
             state: State::neutral(&model),
             forces: Forces::none(&model),
             integrator: Integrator::default(),
@@ -77,7 +97,7 @@ impl Simulation {
             posed: false,
             poses: Vec::new(),
             model,
-        })
+        }
     }
 
     /// Chooses the integrator. Of one that a GPU does not have the first step tells.
@@ -182,7 +202,7 @@ impl Simulation {
     /// The state, which is read back from a GPU if it has moved on.
     ///
     /// # Errors
-    /// On a GPU, [`Error::Gpu`].
+    /// On a GPU, `Error::Gpu`.
     pub fn state(&mut self) -> Result<&State, Error> {
         self.fetch_state()?;
         Ok(&self.state)
@@ -192,7 +212,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::Model`] if it does not fit the model; on a GPU, [`Error::Overflow`] if it does not fit
-    /// the precision, and [`Error::Gpu`]. Then the old one is kept.
+    /// the precision, and `Error::Gpu`. Then the old one is kept.
     pub fn set_state(&mut self, state: State) -> Result<(), Error> {
         state.check(&self.model)?;
         #[cfg(feature = "gpu")]
@@ -267,7 +287,7 @@ impl Simulation {
     /// Where a body is in the world.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::UnknownBody`]; on a GPU, `Error::Gpu`.
     pub fn pose(&mut self, body: BodyId) -> Result<Pose, Error> {
         self.posed_workspace()?.pose(body)
     }
@@ -275,7 +295,7 @@ impl Simulation {
     /// Where all bodies are in the world, in the model's order.
     ///
     /// # Errors
-    /// [`Error::Overflow`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::Overflow`]; on a GPU, `Error::Gpu`.
     pub fn poses(&mut self) -> Result<&[Pose], Error> {
         #[cfg(feature = "gpu")]
         if let Runs::Gpu(remote) = &mut self.runs {
@@ -337,7 +357,7 @@ impl Simulation {
     /// How fast a body moves.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::UnknownBody`]; on a GPU, `Error::Gpu`.
     pub fn velocity(&mut self, body: BodyId) -> Result<BodyMotion, Error> {
         self.posed_workspace()?.velocity(body)
     }
@@ -373,7 +393,7 @@ impl Simulation {
     /// Energies, momenta and centre of mass.
     ///
     /// # Errors
-    /// [`Error::Overflow`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::Overflow`]; on a GPU, `Error::Gpu`.
     pub fn mechanics(&mut self) -> Result<Mechanics, Error> {
         self.fetch_state()?;
         self.posed = false;
@@ -414,13 +434,9 @@ impl Runs {
         if let Some(gpu) = device.gpu() {
             let options = crate::gpu::Options::default();
             let expected = Choice::with_gpu(model, gpu, &options)?;
-            if !device.is_where_faster() || expected.on_gpu {
-                let remote = Remote::new(gpu, model, &options)?;
-                let choice = remote.choice(Choice {
-                    forced: !device.is_where_faster(),
-                    ..expected
-                });
-                return Ok((Self::Gpu(Box::new(remote)), choice));
+            let forced = !device.is_where_faster();
+            if forced || expected.on_gpu {
+                return Self::on_gpu(gpu, model, &options, (expected, forced));
             }
             gpu_s = expected.gpu_s;
         }
@@ -432,6 +448,18 @@ impl Runs {
             ..*solver.choice()
         };
         Ok((Self::Host(Box::new(Host::new(model, solver))), choice))
+    }
+
+    #[cfg(feature = "gpu")]
+    fn on_gpu(
+        device: &vertebra_gpu::Device,
+        model: &Model,
+        options: &crate::gpu::Options,
+        (expected, forced): (Choice, bool),
+    ) -> Result<(Self, Choice), Error> {
+        let remote = Remote::new(device, model, options)?;
+        let choice = remote.choice(Choice { forced, ..expected });
+        Ok((Self::Gpu(Box::new(remote)), choice))
     }
 
     /// The solver's own workspace or, if it has none, another, made when first asked for.
