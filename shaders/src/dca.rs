@@ -291,7 +291,11 @@ impl Dca {
         } else {
             part!("reassemble_several_none")
         };
-        let parts = [part!("reassemble"), part!("rework_parts"), part!("rakes_none")];
+        let parts = [
+            part!("reassemble"),
+            part!("rework_parts"),
+            part!("rakes_none"),
+        ];
         let parts = parts.into_iter().chain([leaf, several]);
         advancing(parts.fold(kernel, Kernel::with), advance)
     }
@@ -421,7 +425,12 @@ impl Dca {
     /// Rounds, joins of which teams of lanes take.
     fn teams(self, name: &'static str, precision: Precision) -> Kernel {
         let joins = WORK_LANES / TEAM;
-        let parts = [part!("team"), part!("part_team"), part!("rounds"), part!("teams")];
+        let parts = [
+            part!("team"),
+            part!("part_team"),
+            part!("rounds"),
+            part!("teams"),
+        ];
         let kernel = self.dynamics(name, precision, WORK_LANES);
         parts
             .into_iter()
