@@ -19,6 +19,7 @@ mod description;
 mod error;
 pub mod generate;
 mod joint;
+mod location;
 mod mass;
 mod massless;
 mod model;
@@ -30,10 +31,13 @@ mod units;
 #[cfg(feature = "urdf")]
 pub mod urdf;
 mod validate;
+#[cfg(feature = "xml")]
+pub mod xml;
 
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};
+pub use location::{Ignored, Location};
 pub use mass::MassProperties;
 pub use model::{Body, BodyId, Frame, Model};
 pub use not_simulated::{Feature, NotSimulated};

@@ -281,8 +281,11 @@ impl Chain<'_> {
             return Ok(String::new());
         }
         simulation.take_times(Timing::Dispatches)?;
-        simulation.steps(STEP, 1)?;
-        simulation.steps(STEP, 1)?;
+        let (state, _) = &self.subject.inputs[0];
+        for _ in 0..2 {
+            simulation.set_state(state)?;
+            simulation.steps(STEP, 1)?;
+        }
         Ok(format!(
             "; one by one{}",
             shares(&simulation.dispatch_times())

@@ -6,8 +6,8 @@ use super::tables::{Tables, small};
 use crate::gpu::Explicit;
 use bytemuck::Pod;
 use vertebra_gpu::{
-    AnySlot, Buffer, Device, Error, Kernel, Output, Program, Recording, Shared, Slot, Timing,
-    workgroups,
+    AnySlot, Buffer, Device, Error, Kernel, Output, Pending, Program, Recording, Shared, Slot,
+    Timing, workgroups,
 };
 use vertebra_shaders::dca::{Advance, Commit, Dca, Layer, Sizes, Way};
 
@@ -67,6 +67,34 @@ struct Ready<T> {
     numbers: Option<Slot<T>>,
     fours: Option<Slot<[T; 4]>>,
     control: Option<Slot<u32>>,
+}
+
+/// Numbers on their way to the host.
+#[derive(Debug)]
+pub(super) struct Reading<T> {
+    pending: Pending,
+    numbers: Option<Slot<T>>,
+    fours: Option<Slot<[T; 4]>>,
+}
+
+impl<T: Scalar> Reading<T> {
+    pub(super) fn is_done(&self) -> Result<bool, Error> {
+        self.pending.is_done()
+    }
+
+    pub(super) fn wait(self) -> Result<Vec<f64>, Error> {
+        let output = self.pending.wait()?;
+        let mut found = Vec::new();
+        if let Some(slot) = self.numbers {
+            let numbers: Vec<T> = output.read(slot)?;
+            found.extend(numbers.into_iter().map(Scalar::to_f64));
+        }
+        if let Some(slot) = self.fours {
+            let fours: Vec<[T; 4]> = output.read(slot)?;
+            found.extend(fours.into_iter().flatten().map(Scalar::to_f64));
+        }
+        Ok(found)
+    }
 }
 
 /// The buffers of a recording.
@@ -153,28 +181,23 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
         Ok(self.ready(tables, task)?.dispatches)
     }
 
-    pub(super) fn run(
-        &mut self,
-        tables: &Tables,
-        task: Task,
-    ) -> Result<vertebra_gpu::Pending, Error> {
+    pub(super) fn run(&mut self, tables: &Tables, task: Task) -> Result<Pending, Error> {
         self.ready(tables, task)?.program.run()
     }
 
     /// What a task that reads numbers finds.
     pub(super) fn read(&mut self, tables: &Tables, task: Task) -> Result<Vec<f64>, Error> {
+        self.begin(tables, task)?.wait()
+    }
+
+    /// Submits a task that reads numbers.
+    pub(super) fn begin(&mut self, tables: &Tables, task: Task) -> Result<Reading<T>, Error> {
         let ready = self.ready(tables, task)?;
-        let output = ready.program.run()?.wait()?;
-        let numbers = |slot| -> Result<Vec<T>, Error> { output.read(slot) };
-        let fours = |slot| -> Result<Vec<[T; 4]>, Error> { output.read(slot) };
-        let mut found = Vec::new();
-        if let Some(slot) = ready.numbers {
-            found.extend(numbers(slot)?.into_iter().map(Scalar::to_f64));
-        }
-        if let Some(slot) = ready.fours {
-            found.extend(fours(slot)?.into_iter().flatten().map(Scalar::to_f64));
-        }
-        Ok(found)
+        Ok(Reading {
+            pending: ready.program.run()?,
+            numbers: ready.numbers,
+            fours: ready.fours,
+        })
     }
 
     pub(super) fn read_control(&mut self, tables: &Tables) -> Result<Vec<u32>, Error> {
