@@ -41,8 +41,8 @@ pub struct Sizes {
     pub single: u32,
     /// First word of the tables of chunks.
     pub chunk_words: u32,
-    /// First word of the tables of joins.
-    pub join_words: u32,
+    /// First word of the table of cut bodies.
+    pub cut_words: u32,
     /// First word of the table of sums.
     pub sum_words: u32,
     /// First word of the table of rakes.
@@ -104,15 +104,16 @@ pub enum Way {
     Both = 3,
 }
 
-/// Kinds of the items of a table of rounds, in the lowest two bits of their words.
+/// Kinds of the items of a table of rounds but for joins, in the lowest two bits of their words.
 pub mod item {
     /// A chunk.
     pub const CHUNK: u32 = 0;
-    /// A join.
-    pub const JOIN: u32 = 1;
     /// A sum of two rakes.
-    pub const SUM: u32 = 2;
+    pub const SUM: u32 = 1;
 }
+
+/// Words of a join in a table of rounds.
+pub const RECORD: u32 = 8;
 
 /// Lanes of a workgroup that goes through rounds of dynamics.
 pub const WORK_LANES: u32 = 128;
@@ -410,9 +411,11 @@ impl Dca {
 
     /// Rounds whose joins are put together.
     fn joining(self, name: &'static str, precision: Precision) -> Kernel {
+        let joins = WORK_LANES / TEAM;
         self.teams(name, precision)
             .with(part!("join_team"))
             .constant("COARSER", self.coarser())
+            .workgroup_memory_of(joins * JOIN_MEMORY * precision.bytes())
     }
 
     /// Rounds whose joins are corrected.
@@ -424,18 +427,10 @@ impl Dca {
 
     /// Rounds, joins of which teams of lanes take.
     fn teams(self, name: &'static str, precision: Precision) -> Kernel {
-        let joins = WORK_LANES / TEAM;
-        let parts = [
-            part!("team"),
-            part!("part_team"),
-            part!("rounds"),
-            part!("teams"),
-        ];
-        let kernel = self.dynamics(name, precision, WORK_LANES);
-        parts
-            .into_iter()
-            .fold(kernel, Kernel::with)
-            .workgroup_memory_of(joins * JOIN_MEMORY * precision.bytes())
+        self.dynamics(name, precision, WORK_LANES)
+            .with(part!("part_team"))
+            .with(part!("rounds"))
+            .with(part!("teams"))
     }
 
     fn precise(self, kernel: Kernel, precision: Precision) -> Kernel {

@@ -91,7 +91,7 @@ fn reassemble_chunk(chunk: u32) {
         }
     }
     if is_inner {
-        let onto = added_onto(cut, flags_of(cut), 0.5);
+        let onto: Force = added_onto(cut, flags_of(cut), 0.5);
         var inverse = get_inverse(inner);
         let y = lower6(inverse.factor, force_add(change.bias, onto));
         inverse.bias = force_add(inverse.bias, y);
