@@ -15,7 +15,9 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
+mod compound;
 mod description;
+mod element;
 mod error;
 pub mod generate;
 mod joint;
@@ -31,7 +33,9 @@ mod units;
 pub mod urdf;
 mod validate;
 
+pub use compound::Compound;
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
+pub use element::{Rest, Spring, Stop};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};
 pub use mass::MassProperties;

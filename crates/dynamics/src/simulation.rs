@@ -2,9 +2,9 @@
 
 use crate::integrate::{Stages, Step};
 use crate::{
-    BodyMotion, Choice, Error, Forces, Integrator, Mechanics, Monitor, Precision, Solver,
-    SolverOptions, Workspace, aba, body_poses, finite_results, forward_kinematics, joint_wrenches,
-    mechanics,
+    BodyMotion, Choice, Elements, Error, Forces, Integrator, Mechanics, Monitor, Motor, Precision,
+    Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses, finite_results,
+    forward_kinematics, joint_wrenches, mechanics,
 };
 use vertebra_assembly::{Body, BodyId, Model, State};
 use vertebra_spatial::Pose;
@@ -23,6 +23,8 @@ pub struct Simulation {
     /// For kinematics and [`solve`](Self::solve), if the solver's own memory does not serve.
     workspace: Option<Workspace>,
     stages: Stages,
+    /// What acts in the joints; none until there is anything.
+    elements: Option<Box<Elements>>,
     monitor: Option<Monitor>,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
@@ -36,6 +38,7 @@ impl Simulation {
     pub fn new(model: Model) -> Result<Self, Error> {
         let state = State::neutral(&model);
         let solver = Solver::new(&model, &SolverOptions::default())?;
+        let elements = Elements::new(&model);
         Ok(Self {
             next: state.clone(),
             state,
@@ -44,6 +47,7 @@ impl Simulation {
             solver,
             workspace: None,
             stages: Stages::new(&model),
+            elements: (!elements.is_idle()).then(|| Box::new(elements)),
             monitor: None,
             posed: false,
             model,
@@ -141,7 +145,40 @@ impl Simulation {
         &mut self.forces
     }
 
-    /// Moves on by `h` \[s\]; a negative step goes back in time.
+    /// Sets the motor of a body's joint. Nothing is allocated but by the first motor of a model without
+    /// elements.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; the motor is then as it was.
+    pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
+        let elements = (self.elements).get_or_insert_with(|| Elements::new(&self.model).into());
+        elements.set_motor(body, motor)
+    }
+
+    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        (self.elements.as_ref()).map_or_else(Work::default, |elements| *elements.work())
+    }
+
+    /// Energy that springs and rotors hold.
+    ///
+    /// # Errors
+    /// None: the state fits the model.
+    pub fn stored(&self) -> Result<Stored, Error> {
+        match &self.elements {
+            Some(elements) => elements.stored(&self.state),
+            None => Ok(Stored::default()),
+        }
+    }
+
+    /// What acts in the joints; none where nothing does.
+    #[must_use]
+    pub fn elements(&self) -> Option<&Elements> {
+        self.elements.as_deref()
+    }
+
+    /// Moves on by `h` \[s\]; a negative step goes back in time, unless there are elements in joints.
     ///
     /// # Errors
     /// [`Error`]; the state is then as it was.
@@ -157,14 +194,24 @@ impl Simulation {
         if let Some(monitor) = &mut self.monitor
             && monitor.is_due()
         {
-            let found = self.solver.check(&self.model, &self.state, &self.forces)?;
+            let forces = match &mut self.elements {
+                Some(elements) => elements.load(&self.state, &self.forces, h)?,
+                None => &self.forces,
+            };
+            let found = self.solver.check(&self.model, &self.state, forces)?;
             monitor.record(self.state.time, found);
         }
-        let step = Step {
+        let mut elements = self.elements.as_deref_mut();
+        elements = elements.filter(|elements| !elements.is_idle());
+        if let Some(elements) = &elements {
+            elements.check_integrator(self.integrator)?;
+        }
+        let mut step = Step {
             model: &self.model,
             start: &self.state,
             h,
             forces: &self.forces,
+            elements,
         };
         step.take(
             self.integrator,
@@ -184,6 +231,9 @@ impl Simulation {
                 body: body.name.clone(),
                 time,
             });
+        }
+        if let Some(elements) = &mut self.elements {
+            elements.account(&self.state, h, self.solver.choice().tree.epsilon());
         }
         core::mem::swap(&mut self.state, &mut self.next);
         if let Some(monitor) = &mut self.monitor {
@@ -220,14 +270,18 @@ impl Simulation {
 
     /// Solves the dynamics of the current state under the current forces, always by the
     /// articulated-body algorithm, and gives the workspace to read from: joint and body
-    /// accelerations, joint wrenches, poses and velocities.
+    /// accelerations, joint wrenches, poses and velocities. Elements act as they do now, without a step.
     ///
     /// # Errors
     /// [`Error`] as for a step.
     pub fn solve(&mut self) -> Result<&Workspace, Error> {
         self.posed = false;
         let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);
-        aba(&self.model, &self.state, &self.forces, workspace)?;
+        let forces = match &mut self.elements {
+            Some(elements) => elements.load(&self.state, &self.forces, 0.0)?,
+            None => &self.forces,
+        };
+        aba(&self.model, &self.state, forces, workspace)?;
         joint_wrenches(workspace)?;
         body_poses(workspace)?;
         self.posed = true;

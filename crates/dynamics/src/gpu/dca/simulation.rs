@@ -104,9 +104,11 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
-    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Model`] for a bad schedule; [`Error::Gpu`], among
+    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Model`] for a bad schedule;
+    /// [`Error::JointUnavailable`], [`Error::ElementUnavailable`]; [`Error::Gpu`], among
     /// others where a buffer exceeds the adapter's limits.
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
+        crate::gpu::check_model(model)?;
         let precisions = precisions(device, options)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
@@ -223,6 +225,7 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
+        crate::gpu::check_forces(&self.model, forces)?;
         let mut control = vec![0; self.control.len()];
         let pushes = self.pushes(forces, &mut control);
         let units = self.model.units();
