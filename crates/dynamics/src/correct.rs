@@ -4,7 +4,7 @@
 //!
 //! r = external + f - I a - sum over children of X' f_child;
 //!
-//! S'f = tau and a = X a_parent + c + S qdd hold to rounding, since they were computed so. The correction
+//! S'f = tau - E qdd and a = X a_parent + c + S qdd hold to rounding, since they were computed so. The correction
 //! solves the same equations for bodies at rest on which r acts, with the factors at hand (symbols of
 //! [`aba`](crate::aba)). Up: pA = -r + sum of X' pa, u = -S' pA, pa = pA + U D^-1 u. Down: a' = X a_parent,
 //! qdd = D^-1 (u - U'a'), a = a' + S qdd; then f = IA a + pA.
@@ -136,8 +136,9 @@ impl<T: Real> Sweeps<T> {
         for (dof, response) in dofs.zip(response) {
             *passed += self.u_columns[dof] * response;
         }
-        // As in the solution, what these let go is exactly nothing.
+        // As in the solution, what these let go is exactly nothing, unless they have inertia of their own.
         match self.links[i].kind {
+            _ if self.holds(i) => {}
             Kind::Spherical => passed.angular = Vec3::ZERO,
             Kind::Free => *passed = Force::ZERO,
             _ => {}
@@ -170,8 +171,11 @@ impl<T: Real> Sweeps<T> {
         own.accelerations[i] = a;
         self.acceleration[i] += a;
         let f = self.articulated[i].mul(a) + own.biases[i];
-        let still = [T::ZERO; 6];
-        self.joint_wrench[i] += transmitted(f, &self.subspace[dofs], &still);
+        let mut tau = [T::ZERO; 6];
+        for (tau, dof) in tau.iter_mut().zip(dofs.clone()) {
+            *tau = -self.added[dof] * own.u[dof];
+        }
+        self.joint_wrench[i] += transmitted(f, &self.subspace[dofs], &tau);
     }
 
     /// Multiplies with D^-1 of a joint of several freedoms.

@@ -57,6 +57,46 @@ pub enum Error {
         /// The number.
         value: f64,
     },
+    /// A motor on a joint that has none or several freedoms.
+    #[error(
+        "the joint of body `{body}` has not one freedom, so no motor drives it: put motors on revolute, prismatic or screw joints, and use joint forces on others"
+    )]
+    NoMotor {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// A motor with an impossible number.
+    #[error(
+        "{quantity} in the joint of body `{body}` is {value}: give a finite number, gains and limits not below zero"
+    )]
+    BadMotor {
+        /// The body whose joint it is.
+        body: String,
+        /// Which number.
+        quantity: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// Elements whose forces jump, in an integrator that takes them as smooth.
+    #[error(
+        "the joint of body `{body}` has friction or a hard stop, whose forces jump, and {integrator:?} steps take forces as smooth: choose SemiImplicitEuler, a soft stop, or a model without them (`Model::bare`)"
+    )]
+    RoughElement {
+        /// The body whose joint it is.
+        body: String,
+        /// The integrator.
+        integrator: crate::Integrator,
+    },
+    /// A step back in time with elements in the joints.
+    #[error(
+        "a step of {step} s with springs, dampers or motors in joints, such as that of `{body}`: their steps are implicit and go forward only; give a positive step, or a model without them (`Model::bare`)"
+    )]
+    StepBack {
+        /// The first body with such a joint.
+        body: String,
+        /// Length of the step \[s\].
+        step: f64,
+    },
     /// The inertia that a joint moves vanishes in this position and precision.
     #[error(
         "the joint of body `{body}` moves no inertia in this position, to working precision: give the body more inertia, avoid aligned joint axes, or compute in f64"
@@ -232,6 +272,24 @@ pub enum Error {
     IntegratorUnavailable {
         /// The integrator.
         integrator: crate::Integrator,
+    },
+    /// A joint that no kernel computes.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "the joint of body `{body}` is a screw, which is not computed on a GPU: simulate the model on the CPU"
+    )]
+    JointUnavailable {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// An element in a joint that no kernel computes.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "the joint of body `{body}` has a range, damping, friction, a rotor or a spring, which are not computed on a GPU: simulate the model on the CPU, or without all of these (`Model::bare`)"
+    )]
+    ElementUnavailable {
+        /// The body whose joint it is.
+        body: String,
     },
     /// Another number of states or forces than a batch has items.
     #[cfg(feature = "gpu")]

@@ -8,8 +8,9 @@ mod remote;
 pub use poses::PendingPoses;
 
 use crate::{
-    BodyMotion, Choice, Device, Error, Forces, Integrator, Mechanics, Monitor, Precision, Solver,
-    SolverOptions, Workspace, aba, body_poses, forward_kinematics, joint_wrenches, mechanics,
+    BodyMotion, Choice, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor, Motor,
+    Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses, forward_kinematics,
+    joint_wrenches, mechanics,
 };
 use host::Host;
 use poses::Inner;
@@ -36,6 +37,8 @@ pub struct Simulation {
     runs: Runs,
     /// For kinematics and [`solve`](Self::solve), if the solver's own memory does not serve.
     workspace: Option<Workspace>,
+    /// What acts in the joints; none until there is anything.
+    elements: Option<Box<Elements>>,
     monitor: Option<Monitor>,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
@@ -86,7 +89,9 @@ impl Simulation {
     }
 
     fn from_parts(model: Model, runs: Runs, choice: Choice) -> Self {
+        let elements = Elements::new(&model);
         Self {
+            elements: (!elements.is_idle()).then(|| Box::new(elements)),
             state: State::neutral(&model),
             forces: Forces::none(&model),
             integrator: Integrator::default(),
@@ -239,7 +244,48 @@ impl Simulation {
         &mut self.forces
     }
 
-    /// Moves on by `h` \[s\]; a negative step goes back in time.
+    /// Sets the motor of a body's joint. Nothing is allocated but by the first motor of a model without
+    /// elements.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; on a GPU
+    /// [`Error::UnavailableOnGpu`]. The motor is then as it was.
+    pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
+        #[cfg(feature = "gpu")]
+        if matches!(self.runs, Runs::Gpu(_)) {
+            return Err(Error::UnavailableOnGpu {
+                what: "a motor in a joint",
+                remedy: "set a joint force, or simulate on `Device::cpu()`",
+            });
+        }
+        let elements = (self.elements).get_or_insert_with(|| Elements::new(&self.model).into());
+        elements.set_motor(body, motor)
+    }
+
+    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        (self.elements.as_ref()).map_or_else(Work::default, |elements| *elements.work())
+    }
+
+    /// Energy that springs and rotors hold.
+    ///
+    /// # Errors
+    /// None: the state fits the model.
+    pub fn stored(&self) -> Result<Stored, Error> {
+        match &self.elements {
+            Some(elements) => elements.stored(&self.state),
+            None => Ok(Stored::default()),
+        }
+    }
+
+    /// What acts in the joints; none where nothing does.
+    #[must_use]
+    pub fn elements(&self) -> Option<&Elements> {
+        self.elements.as_deref()
+    }
+
+    /// Moves on by `h` \[s\]; a negative step goes back in time, unless there are elements in joints.
     ///
     /// # Errors
     /// [`Error`]; the state is then as it was.
@@ -270,7 +316,8 @@ impl Simulation {
             Runs::Host(host) => {
                 for step in 0..count {
                     let (model, state, forces) = (&self.model, &mut self.state, &self.forces);
-                    host.step(model, state, forces, how, &mut self.monitor)
+                    let acting = (forces, self.elements.as_deref_mut());
+                    host.step(model, state, acting, how, &mut self.monitor)
                         .map_err(|source| Error::Step {
                             step,
                             count,
@@ -375,7 +422,7 @@ impl Simulation {
 
     /// Solves the dynamics of the current state under the current forces, always by the
     /// articulated-body algorithm on the CPU, and gives the workspace to read from: joint and body
-    /// accelerations, joint wrenches, poses and velocities.
+    /// accelerations, joint wrenches, poses and velocities. Elements act as they do now, without a step.
     ///
     /// # Errors
     /// [`Error`] as for a step.
@@ -383,7 +430,11 @@ impl Simulation {
         self.fetch_state()?;
         self.posed = false;
         let workspace = self.runs.workspace(&self.model, &mut self.workspace);
-        aba(&self.model, &self.state, &self.forces, workspace)?;
+        let forces = match &mut self.elements {
+            Some(elements) => elements.load(&self.state, &self.forces, 0.0)?,
+            None => &self.forces,
+        };
+        aba(&self.model, &self.state, forces, workspace)?;
         joint_wrenches(workspace)?;
         body_poses(workspace)?;
         self.posed = true;

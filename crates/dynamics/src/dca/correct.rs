@@ -247,6 +247,7 @@ impl<T: Real, L: Real> Tree<T, L> {
                 sums: &self.sums,
             },
             corrections,
+            added: &self.added,
         };
         divide(parallel, &self.plan.extents, range, own, &|index, own| {
             given.assemble(index, own);
@@ -298,6 +299,7 @@ impl<T: Real, L: Real> Rakes<'_, T, L> {
 struct Given<'a, T, L> {
     rakes: Rakes<'a, T, L>,
     corrections: &'a Corrections<T>,
+    added: &'a [T],
 }
 
 impl<T: Real, L: Real> Given<'_, T, L> {
@@ -352,9 +354,12 @@ impl<T: Real, L: Real> Given<'_, T, L> {
                 bias = bias.shifted_back(placed.arm);
             }
             let dofs = plan.dofs_of(slot);
-            let columns = &self.rakes.places.columns[dofs.clone()];
+            let joint = (
+                &self.rakes.places.columns[dofs.clone()],
+                &self.added[dofs.clone()],
+            );
             let freedoms = &mut own.freedoms[dofs.start - first_dof..dofs.end - first_dof];
-            let_go(columns, freedoms, &mut bias, &mut drift);
+            let_go(joint, freedoms, &mut bias, &mut drift);
             if inner || slot > first {
                 bias = bias.shifted_back(placed.offset);
             }
@@ -396,7 +401,7 @@ impl<T: Real, L: Real> Given<'_, T, L> {
 /// of the tip's acceleration, where no joint force acts and nothing moves.
 #[inline]
 fn let_go<T: Real>(
-    columns: &[Motion<T>],
+    (columns, added): (&[Motion<T>], &[T]),
     freedoms: &mut [Freedom<T>],
     bias: &mut Force<T>,
     drift: &mut [T; 6],
@@ -420,9 +425,10 @@ fn let_go<T: Real>(
         passed += freedoms[k].column * drive;
         add_scaled(drift, &freedoms[k].tip, drive);
     }
-    // As in the solution, what these let go is exactly nothing.
+    // As in the solution, what these let go is exactly nothing, unless they have inertia of their own.
     match columns.len() {
         0 => {}
+        _ if added.iter().any(|&own| own != T::ZERO) => {}
         3 => passed.angular = Vec3::ZERO,
         _ => passed = Force::ZERO,
     }
