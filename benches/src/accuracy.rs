@@ -7,7 +7,10 @@
 
 pub mod case;
 pub mod entry;
+mod hard;
 mod output;
+
+pub use hard::Hard;
 
 use crate::cli::AccuracyArgs;
 use crate::interrupt::Interrupt;
