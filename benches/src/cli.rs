@@ -24,6 +24,9 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Measure the error of forward dynamics over many seeds, on masses that tell algorithms apart.
     Accuracy(AccuracyArgs),
+    /// Ask everything of models as unreasonable as can be built, and look for answers that are no
+    /// numbers.
+    Fuzz(FuzzArgs),
     /// Judge one run against another, row by row.
     Compare(CompareArgs),
     /// Write tables and plots again from a results.json.
@@ -37,6 +40,9 @@ pub enum Command {
         /// the best there is.
         #[arg(long, value_enum, default_value = "cpu")]
         backend: Backend,
+        /// Run only the checks whose names contain one of these.
+        #[arg(long, value_name = "NAME", value_delimiter = ',')]
+        only: Vec<String>,
     },
     /// Compute the inputs of a file on the CPU and on the GPU and compare, element by element.
     Replay {
@@ -157,6 +163,20 @@ pub struct AccuracyArgs {
     /// Folder for accuracy.json, accuracy.csv and accuracy.md.
     #[arg(long, default_value = "target/accuracy", value_name = "DIR")]
     pub out: PathBuf,
+}
+
+/// Options of `fuzz`.
+#[derive(Args, Debug)]
+pub struct FuzzArgs {
+    /// Number of models.
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
+    pub models: u64,
+    /// Stop after so long \[s\].
+    #[arg(long)]
+    pub seconds: Option<u64>,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
 }
 
 /// Options of `compare`.

@@ -15,6 +15,7 @@ pub mod compare;
 pub mod csv;
 pub mod export;
 pub mod frames;
+pub mod fuzz;
 pub mod interrupt;
 pub mod measure;
 pub mod peers;

@@ -98,6 +98,7 @@ impl Subject {
                             precision,
                             lanes,
                             integrator: integrator.unwrap_or_default(),
+                            algorithm: None,
                         };
                         list.push(Measurement::new(label, move |meter| {
                             if integrator.is_none() {
@@ -199,8 +200,9 @@ impl Subject {
                 Simulation::new(model.clone())?.with_integrator(options.integrator);
             simulation.set_state(states[item].clone())?;
             simulation.step(STEP)?;
-            let rates = crate::suite::relative_error(&found[item].qd, &simulation.state().qd);
-            let positions = crate::suite::relative_error(&found[item].q, &simulation.state().q);
+            let moved = simulation.state()?;
+            let rates = crate::suite::relative_error(&found[item].qd, &moved.qd);
+            let positions = crate::suite::relative_error(&found[item].q, &moved.q);
             error = worst_of(error, worst_of(rates, positions));
         }
         // From the same states, so that however many steps are measured none leaves the range.

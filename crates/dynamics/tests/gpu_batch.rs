@@ -6,12 +6,12 @@
 use glam::{DMat3, DVec3};
 use vertebra_assembly::generate::{self, RandomTree};
 use vertebra_assembly::{
-    Joint, MassProperties, Model, ModelDescription, ModelError, Random, State,
+    BodyId, Joint, MassProperties, Model, ModelDescription, ModelError, Random, State,
 };
 use vertebra_dynamics::gpu::{Batch, BatchOptions};
 use vertebra_dynamics::{
-    Error, Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba, forward_error,
-    forward_kinematics,
+    Algorithm, Error, Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba,
+    forward_error, forward_kinematics,
 };
 use vertebra_gpu::wgpu::{Features, Limits};
 use vertebra_gpu::{Device, Options, tests_are_left_out};
@@ -158,7 +158,7 @@ fn steps_and_poses_follow_the_host() {
                     largest = qdd.iter().fold(largest, |m, x| m.max(x.abs()));
                     cpu.step(h).unwrap();
                 }
-                let state = cpu.state();
+                let state = cpu.state().unwrap();
                 // Errors of accelerations act for the time of all steps; positions are rounded.
                 let size = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
                 let scale = 6e-4 * largest + size(&state.q) + size(&state.qd);
@@ -397,4 +397,115 @@ fn new_forces_act_on_the_state_reached() {
         assert_ne!(after[item].q, before[item].q);
     }
     assert_eq!(after[7], before[7]);
+}
+
+/// Few long chains go by divide and conquer, as a forest: the same verbs, the same answers.
+#[test]
+fn few_long_items_are_divided_and_conquered() {
+    let Some(device) = device() else { return };
+    let model = generate::random_chain(300, &generate::Rod::default(), 3).unwrap();
+    let states: Vec<_> = (0..3).map(|seed| State::random(&model, seed)).collect();
+    let mut forces = vec![Forces::none(&model); 3];
+    forces[1].push(model.last_body(), Wrench::at_center([3.0, -1.0, 2.0]));
+    forces[2]
+        .set_gravity(&model, BodyId(0), DVec3::new(1.0, 2.0, 3.0))
+        .unwrap();
+    for precision in precisions(&device) {
+        let chosen = BatchOptions {
+            precision,
+            ..BatchOptions::default()
+        };
+        let mut batch = Batch::new(&device, &model, 3, &chosen).unwrap();
+        let choice = *batch.choice();
+        assert_eq!((choice.algorithm, choice.forced), (Algorithm::Dca, false));
+        assert!(
+            choice
+                .to_string()
+                .starts_with("dca over all items, expected"),
+            "{choice}"
+        );
+        batch.set_states(&states).unwrap();
+        batch.set_forces(&forces).unwrap();
+        let found = batch.solve().unwrap();
+        let mut reference = Workspace::new(&model, Precision::Reference);
+        for item in 0..3 {
+            aba(&model, &states[item], &forces[item], &mut reference).unwrap();
+            let error = forward_error(&found[300 * item..300 * (item + 1)], &reference).unwrap();
+            assert!(error <= 1e5 * precision.epsilon(), "{precision}: {error:e}");
+        }
+        let each = batch.accelerations_of_each().unwrap();
+        assert!(
+            each.iter()
+                .zip(found.chunks(300))
+                .all(|(a, b)| a.as_deref() == Ok(b))
+        );
+        batch.steps(1e-5, 5).unwrap();
+        let (moved, poses) = (batch.states().unwrap(), batch.poses().unwrap());
+        for item in 0..3 {
+            let mut cpu = Simulation::new(model.clone()).unwrap();
+            cpu.set_state(states[item].clone()).unwrap();
+            *cpu.forces_mut() = forces[item].clone();
+            cpu.steps(1e-5, 5).unwrap();
+            let tip = cpu.pose(model.last_body()).unwrap().translation;
+            let off = (poses[300 * item + 299].translation - tip).length();
+            assert!(off <= 300.0 * 100.0 * precision.epsilon(), "{off:e}");
+            assert!((moved[item].time - 5e-5).abs() < 1e-15);
+            assert_eq!(batch.pose_place(item, BodyId(299)), 300 * item + 299);
+        }
+    }
+    // Forced, it is the recursion.
+    let recursion = BatchOptions {
+        algorithm: Some(Algorithm::Aba),
+        precision: Precision::F32,
+        ..BatchOptions::default()
+    };
+    let batch = Batch::new(&device, &model, 3, &recursion).unwrap();
+    assert_eq!(
+        (batch.choice().algorithm, batch.choice().forced),
+        (Algorithm::Aba, true)
+    );
+    // Robots are for the recursion by themselves.
+    let (robot, ..) = problem(9, 1, 2);
+    let many = Batch::new(&device, &robot, 500, &options(Precision::F32, 1)).unwrap();
+    assert_eq!(many.choice().algorithm, Algorithm::Aba);
+}
+
+/// By divide and conquer all items stop with the one that fails, which is named with its own body.
+#[test]
+fn a_failing_item_stops_the_forest() {
+    let Some(device) = device() else { return };
+    let model = generate::random_chain(300, &generate::Rod::default(), 3).unwrap();
+    let mut states: Vec<_> = (0..3).map(|seed| State::random(&model, seed)).collect();
+    let good = states.clone();
+    states[1].qd[200] = 1e30;
+    let conquer = BatchOptions {
+        precision: Precision::F32,
+        algorithm: Some(Algorithm::Dca),
+        ..BatchOptions::default()
+    };
+    let mut batch = Batch::new(&device, &model, 3, &conquer).unwrap();
+    batch.set_states(&states).unwrap();
+    let error = batch.steps(1e-3, 4).unwrap_err();
+    let Error::Item {
+        item: 1, source, ..
+    } = &error
+    else {
+        panic!("{error}");
+    };
+    let Error::Overflow {
+        body, time: 0.0, ..
+    } = &**source
+    else {
+        panic!("{error}");
+    };
+    assert!(model.find(body).is_some(), "{body}");
+    let kept = batch.states().unwrap();
+    assert_eq!(kept[0].time, 0.0);
+    assert!((kept[1].qd[200] - 1e30).abs() < 1e24 && kept[2].q.len() == 300);
+    assert!(batch.solve().is_err());
+    let each = batch.accelerations_of_each().unwrap();
+    assert!(each.iter().all(Result::is_err));
+    batch.set_states(&good).unwrap();
+    batch.steps(1e-5, 4).unwrap();
+    assert!(batch.failures().unwrap().is_empty());
 }

@@ -15,6 +15,9 @@ struct Sizes {
     inners: u32,
     leaves: u32,
     rakes: u32,
+    // Rakes of paths of one chunk, which come first; of several, which follow.
+    single_rakes: u32,
+    path_rakes: u32,
     // Whether bodies carry others' paths.
     carriers: u32,
     // Whether every joint has one freedom: numbers of slots are then those of positions and rates.
@@ -39,6 +42,8 @@ struct Layer {
     ways: u32,
     // The stage of an integrator, or what becomes of the state.
     stage: u32,
+    // 0 for a solution, 1 for its first correction, ...
+    sweep: u32,
 }
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;
@@ -102,7 +107,8 @@ fn rake_onto(slot: u32, which: u32) -> u32 { return words[(4u + which) * sizes.s
 fn kind_of(flags: u32) -> u32 { return flags & 7u; }
 
 // Tables of chunks. The slots of a round's chunks are numbered by their place in the chunk, then by chunks,
-// the longest first.
+// the longest first. A chunk with a node and a rake is the head of a raked path of several. The joins before
+// and after are those of the cut bodies at its ends.
 const JAG = 0u;
 const RANK = 1u;
 const LENGTH = 2u;
@@ -113,6 +119,8 @@ const NODE = 6u;
 const INNER = 7u;
 const LEAF = 8u;
 const RAKE = 9u;
+const BEFORE = 10u;
+const AFTER = 11u;
 
 // Bits of ENDS.
 const FROM_CARRIER = 1u;
@@ -163,6 +171,8 @@ const CARRIER = 5u;
 const JOIN_PARENT = 6u;
 const CUT = 7u;
 const JOIN_RAKE = 8u;
+const JOIN_BEFORE = 9u;
+const JOIN_AFTER = 10u;
 
 fn join_word(join: u32, which: u32) -> u32 {
     return words[sizes.join_words + which * sizes.joins + join];
@@ -170,7 +180,7 @@ fn join_word(join: u32, which: u32) -> u32 {
 
 // Starts of the arrays in `scratch`: of each slot its place, and if it carries paths its handle's position and
 // acceleration; what is across each chunk and join; what each join hangs from; of each freedom what the way
-// down needs; of inner chunks and leaves their inverses; rakes.
+// down needs; of inner chunks and leaves their inverses; rakes; what corrections keep (refine.wgsl).
 fn carriers_at() -> u32 { return 4u * sizes.slots; }
 fn turns_at() -> u32 { return carriers_at() + 3u * sizes.slots * sizes.carriers; }
 fn turns() -> u32 { return sizes.chunks + sizes.joins; }
@@ -179,6 +189,7 @@ fn freedoms_at() -> u32 { return unders_at() + 3u * sizes.joins; }
 fn inners_at() -> u32 { return freedoms_at() + 4u * sizes.dofs; }
 fn leaves_at() -> u32 { return inners_at() + 16u * sizes.inners; }
 fn rakes_at() -> u32 { return leaves_at() + 32u * sizes.leaves; }
+fn kept_at() -> u32 { return rakes_at() + 8u * sizes.rakes; }
 
 // Starts of the arrays in `state`.
 fn work_q() -> u32 { return sizes.positions + sizes.dofs; }

@@ -21,7 +21,7 @@ fn precisions(device: &Device) -> Vec<Precision> {
 }
 
 /// Random forces in joints and on bodies.
-fn forces(model: &Model, count: usize, seed: u64) -> Vec<Forces> {
+fn forces(model: &Model, count: usize, seed: u64) -> Result<Vec<Forces>, Error> {
     let mut random = Random::new(seed);
     let bodies: Vec<_> = model.body_ids().collect();
     let one = |item: usize| {
@@ -33,7 +33,10 @@ fn forces(model: &Model, count: usize, seed: u64) -> Vec<Forces> {
             wrench.body_axes = item.is_multiple_of(2);
             forces.push(bodies[random.below(bodies.len())], wrench);
         }
-        forces
+        if item % 4 == 3 {
+            forces.set_gravity(model, bodies[0], random.direction() * 5.0)?;
+        }
+        Ok(forces)
     };
     (0..count).map(one).collect()
 }
@@ -56,7 +59,7 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
             .collect();
         // Without forces on bodies other kernels are compiled.
         let forces = if number % 2 == 0 {
-            forces(model, ITEMS, number)
+            forces(model, ITEMS, number)?
         } else {
             vec![Forces::none(model); ITEMS]
         };
@@ -108,7 +111,7 @@ pub(super) fn steps(device: &Device) -> Outcome {
                 let options = BatchOptions {
                     precision,
                     integrator,
-                    lanes: None,
+                    ..BatchOptions::default()
                 };
                 let mut batch = Batch::new(device, &model, states.len(), &options)?;
                 batch.set_states(&states)?;
@@ -121,11 +124,11 @@ pub(super) fn steps(device: &Device) -> Outcome {
                     let mut largest = 1.0_f64;
                     for _ in 0..STEPS {
                         cpu.step(H)?;
-                        let rates = cpu.state().qd.iter();
+                        let rates = cpu.state()?.qd.iter();
                         largest = rates.fold(largest, |m, x| m.max(x.abs()));
                     }
                     let numbers = |state: &State| [&state.q[..], &state.qd].concat();
-                    let off = numbers(&found[item]).into_iter().zip(numbers(cpu.state()));
+                    let off = numbers(&found[item]).into_iter().zip(numbers(cpu.state()?));
                     let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, worst_of);
                     worst = worst_of(worst, off / largest);
                 }

@@ -40,6 +40,8 @@ pub(super) struct Tables {
     pub(super) links: Vec<[f64; 4]>,
     /// Whether joints have several freedoms.
     pub(super) several: bool,
+    /// Corrections of each solution.
+    pub(super) sweeps: usize,
     /// Chunks of the first round.
     pub(super) leading: u32,
     /// How dynamics and kinematics go through the rounds that follow.
@@ -56,7 +58,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    pub(super) fn new(model: &Model, plan: &Plan<f64>) -> Self {
+    pub(super) fn new(model: &Model, plan: &Plan<f64>, sweeps: usize) -> Self {
         let order = Order::new(plan);
         let rakes = Rakes::new(plan, &order);
         let mut tables = Self {
@@ -64,6 +66,8 @@ impl Tables {
             words: Vec::new(),
             links: Vec::new(),
             several: plan.links.iter().any(|link| link.kind.dof_count() > 1),
+            // Without joins there is nothing to correct.
+            sweeps: if plan.joins.is_empty() { 0 } else { sweeps },
             leading: small(plan.schedule.chunks_in(0).len()),
             work: Vec::new(),
             turn: Vec::new(),
@@ -85,8 +89,9 @@ impl Tables {
             .map(|&old| order.new_slots[old as usize])
             .collect();
         tables.put_slots(model, plan, &order, &rakes);
-        tables.put_chunks(plan, &order);
-        tables.put_joins(plan, &order, &rakes);
+        let seams = Seams::new(plan);
+        tables.put_chunks(plan, &order, &rakes, &seams);
+        tables.put_joins(plan, &order, &rakes, &seams);
         let end = &plan.extents[plan.chunks.len()];
         tables.sizes = Sizes {
             slots: small(plan.len()),
@@ -98,6 +103,8 @@ impl Tables {
             inners: small(end.inner),
             leaves: small(end.leaf),
             rakes: small(rakes.heads.len()),
+            single_rakes: small(rakes.chunks),
+            path_rakes: small(rakes.first_sum - rakes.chunks),
             carriers: u32::from(!rakes.heads.is_empty()),
             single: u32::from(plan.links.iter().all(|link| link.kind.dof_count() == 1)),
             #[expect(clippy::cast_possible_truncation, reason = "a power of two")]
@@ -189,11 +196,11 @@ impl Tables {
         self.links = columns.concat();
     }
 
-    fn put_chunks(&mut self, plan: &Plan<f64>, order: &Order) {
+    fn put_chunks(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes, seams: &Seams) {
         let first_jag = self.words.len();
         self.words.extend(&order.jags);
         self.sizes.chunk_words = small(self.words.len());
-        let mut columns: [Vec<u32>; 10] = Default::default();
+        let mut columns: [Vec<u32>; 12] = Default::default();
         for (new, &old) in order.old_chunks.iter().enumerate() {
             let chunk = &plan.chunks[old];
             let (own, next) = (&plan.extents[old], &plan.extents[old + 1]);
@@ -209,6 +216,12 @@ impl Tables {
                 Outboard::Leaf => TO_LEAF,
             };
             let halved = if chunk.last_share < 1.0 { IS_HALVED } else { 0 };
+            let rake = if next.rake > own.rake {
+                small(own.rake)
+            } else {
+                rakes.of_paths[order.new_slots[own.slot] as usize]
+            };
+            let [before, after] = seams.of(plan, Part::Chunk(old));
             let row = [
                 small(first_jag + order.jag_of[new]),
                 small(order.rank_of[new]),
@@ -219,7 +232,9 @@ impl Tables {
                 owned(own.node, next.node),
                 owned(own.inner, next.inner),
                 owned(own.leaf, next.leaf),
-                owned(own.rake, next.rake),
+                rake,
+                before,
+                after,
             ];
             for (column, word) in columns.iter_mut().zip(row) {
                 column.push(word);
@@ -229,10 +244,10 @@ impl Tables {
     }
 
     /// Numbers of joins, sums and rakes.
-    fn put_joins(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes) {
+    fn put_joins(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes, seams: &Seams) {
         let end = &plan.extents[plan.chunks.len()];
         self.sizes.join_words = small(self.words.len());
-        let mut columns: [Vec<u32>; 9] = Default::default();
+        let mut columns: [Vec<u32>; 11] = Default::default();
         for (index, join) in plan.joins.iter().enumerate() {
             let node = |part| match part {
                 Part::Chunk(chunk) => small(plan.extents[chunk].node),
@@ -243,6 +258,7 @@ impl Tables {
                 Part::Join(join) => small(plan.chunks.len() + join),
             };
             let slot = |slot: usize| order.new_slots[slot];
+            let [before, after] = seams.of(plan, Part::Join(index));
             let row = [
                 node(join.inboard),
                 node(join.outboard),
@@ -253,6 +269,8 @@ impl Tables {
                 parent_word(join.parent),
                 slot(join.cut),
                 rakes.of_joins[index],
+                before,
+                after,
             ];
             for (column, word) in columns.iter_mut().zip(row) {
                 column.push(word);
@@ -280,12 +298,32 @@ impl Tables {
             + of(s.inners, 16)
             + of(s.leaves, 32)
             + of(s.rakes, 8)
+            + self.kept_len()
+    }
+
+    /// Numbers of four that corrections keep in it.
+    fn kept_len(&self) -> usize {
+        let s = &self.sizes;
+        if self.sweeps == 0 {
+            return 0;
+        }
+        let each = [
+            (s.joins, 6),
+            (s.slots * s.carriers, 2),
+            (s.rakes, 2),
+            (s.path_rakes, 17),
+        ];
+        each.map(|(records, each)| records as usize * each)
+            .into_iter()
+            .sum()
     }
 
     /// Numbers of four in the memory of nodes.
     pub(super) fn nodes_len(&self) -> usize {
         let s = &self.sizes;
-        s.chunk_nodes as usize * 23 + s.joins as usize * (23 + 26 + 5)
+        let (nodes, joins) = (s.chunk_nodes as usize, s.joins as usize);
+        let changes = if self.sweeps > 0 { 3 } else { 0 };
+        nodes * (23 + changes) + joins * (23 + 26 + 2 + changes)
     }
 
     /// Where the state that is worked on ends, and accelerations begin.
@@ -364,11 +402,50 @@ impl Order {
     }
 }
 
+/// For each join, those at the cut bodies at the ends of what it puts together.
+struct Seams {
+    /// The join at each cut body, by its slot.
+    at: Vec<u32>,
+    of_joins: Vec<[u32; 2]>,
+}
+
+impl Seams {
+    fn new(plan: &Plan<f64>) -> Self {
+        let mut seams = Self {
+            at: vec![NONE; plan.len()],
+            of_joins: Vec::with_capacity(plan.joins.len()),
+        };
+        for (index, join) in plan.joins.iter().enumerate() {
+            seams.at[join.cut] = small(index);
+        }
+        for join in &plan.joins {
+            let [before, _] = seams.of(plan, join.inboard);
+            let [_, after] = seams.of(plan, join.outboard);
+            seams.of_joins.push([before, after]);
+        }
+        seams
+    }
+
+    /// The joins before and after a part, joins only of those that are known.
+    fn of(&self, plan: &Plan<f64>, part: Part) -> [u32; 2] {
+        let chunk = match part {
+            Part::Chunk(chunk) => chunk,
+            Part::Join(join) => return self.of_joins[join],
+        };
+        let before = match plan.chunks[chunk].inboard {
+            Inboard::Cut(slot) => self.at[slot],
+            _ => NONE,
+        };
+        [before, self.at[plan.slots_of(chunk).end - 1]]
+    }
+}
+
 /// How the kernels number what is raked onto bodies: chunks, joins, sums.
 struct Rakes {
     chunks: usize,
-    /// Number of each join that is raked, else none.
+    /// Number of each join that is raked, else none; the same by its head's slot.
     of_joins: Vec<u32>,
+    of_paths: Vec<u32>,
     first_sum: usize,
     /// The head's slot of each, none for sums.
     heads: Vec<u32>,
@@ -383,6 +460,7 @@ impl Rakes {
         let mut rakes = Self {
             chunks: chunks.len(),
             of_joins: vec![NONE; plan.joins.len()],
+            of_paths: vec![NONE; plan.len()],
             first_sum: 0,
             heads: chunks
                 .iter()
@@ -394,8 +472,10 @@ impl Rakes {
             if let (None, Some(head)) = (join.parent, join.head)
                 && head.carrier.is_some()
             {
+                let slot = order.new_slots[head.slot];
                 rakes.of_joins[index] = small(rakes.heads.len());
-                rakes.heads.push(order.new_slots[head.slot]);
+                rakes.of_paths[slot as usize] = small(rakes.heads.len());
+                rakes.heads.push(slot);
                 rakes.makers.push(Part::Join(index));
             }
         }

@@ -5,23 +5,6 @@ const CHUNK = 0u;
 const JOIN = 1u;
 const SUM = 2u;
 
-fn run_round(start: u32, lane: u32, is_up: bool) {
-    let first = words[start];
-    let count = words[start + 2u] - first;
-    let passes = (count + LANES - 1u) / LANES;
-    for (var pass_ = 0u; pass_ < passes; pass_++) {
-        let item = pass_ * LANES + lane;
-        if item < count {
-            let word = words[first + item];
-            if is_up {
-                go_up(word & 3u, word >> 2u);
-            } else {
-                go_down(word & 3u, word >> 2u);
-            }
-        }
-    }
-}
-
 @compute @workgroup_size(LANES)
 fn main(
     @builtin(workgroup_id) id: vec3<u32>,

@@ -1,47 +1,8 @@
-// The joins of the tree, up and down: 16 lanes a join. Going up, twelve of them own a column each of Y_A and
-// Y_B, another one y; all factor G by themselves, so that none waits for another. Of the whole each then
-// computes a row. Going down six own an equation each.
+// Joins, up: twelve of a team's lanes own a column each of Y_A and Y_B, another one y; all factor G by
+// themselves, so that none waits for another. Of the whole each then computes a row.
 
 // Rounding of the tree as multiples of rounding of the chunks.
 override COARSER: f32 = 1.0;
-
-const TEAM = 16u;
-const JOINS = LANES / TEAM;
-
-const NODE_NUMBERS = 4u * NODE_SIZE;
-// Starts of the parts of a node.
-const B1 = 36u;
-const B2 = 42u;
-const PHI11 = 48u;
-const PHI22 = 69u;
-
-// Columns of Y_A, Y_B, and y; two numbers more make fours.
-const BIAS = 72u;
-const COLUMNS = 80u;
-
-// Both parts' nodes, of which the first becomes the whole's, and columns.
-var<workgroup> inboard_node: array<real, NODE_NUMBERS * JOINS>;
-var<workgroup> outboard_node: array<real, NODE_NUMBERS * JOINS>;
-var<workgroup> columns: array<real, COLUMNS * JOINS>;
-
-fn inboard3(at: u32) -> vec3<real> {
-    return vec3<real>(inboard_node[at], inboard_node[at + 1u], inboard_node[at + 2u]);
-}
-
-fn outboard3(at: u32) -> vec3<real> {
-    return vec3<real>(outboard_node[at], outboard_node[at + 1u], outboard_node[at + 2u]);
-}
-
-fn column(at: u32) -> Force {
-    return Force(
-        vec3<real>(columns[at], columns[at + 1u], columns[at + 2u]),
-        vec3<real>(columns[at + 3u], columns[at + 4u], columns[at + 5u]),
-    );
-}
-
-fn force_dot(a: Force, b: Force) -> real {
-    return dot(a.angular, b.angular) + dot(a.linear, b.linear);
-}
 
 // Phi22 of the inboard part and Phi11 of the outboard one.
 fn between(place: u32) -> Inertia {
@@ -70,7 +31,7 @@ fn lower_at(row: u32, other: u32) -> u32 {
 }
 
 // One join of each team, or none; all lanes of the workgroup come here.
-fn join_parts(join: u32, has_join: bool, lane: u32) {
+fn go_up_join(join: u32, has_join: bool, lane: u32) {
     let place = lane / TEAM;
     let own = lane % TEAM;
     let first = NODE_NUMBERS * place;
@@ -210,67 +171,4 @@ fn put_path_rake(rake: u32, first: u32) {
     );
     let bias = Force(inboard3(first + B1), inboard3(first + B1 + 3u));
     put_rake(rake, Rake(inertia, bias, vec2<real>(0.0, 0.0)), real(COARSER));
-}
-
-// The force between the parts of one join of each team, or none.
-fn part_parts(join: u32, has_join: bool, lane: u32) {
-    let place = lane / TEAM;
-    let own = lane % TEAM;
-    let first_column = COLUMNS * place;
-    let first_rest = NODE_NUMBERS * place;
-    var ends = Ends(force_zero(), force_zero());
-    var factor: Cholesky6;
-    if has_join {
-        let at = joined_at(join);
-        for (var i = own; i < FACTOR; i += TEAM) {
-            let v = vec4<real>(nodes[at + i]);
-            let to = first_column + 4u * i;
-            columns[to] = v.x;
-            columns[to + 1u] = v.y;
-            columns[to + 2u] = v.z;
-            columns[to + 3u] = v.w;
-        }
-        // Read by all, so that it is there when one needs it.
-        factor = get_factor(at + FACTOR);
-        let parent = join_word(join, JOIN_PARENT);
-        if parent != NONE {
-            ends = handed(parent);
-        } else {
-            ends.x = hanging(join_word(join, HEAD), join_word(join, CARRIER));
-        }
-    }
-    workgroupBarrier();
-    if has_join && own < 6u {
-        let at = first_column + own;
-        let along = row_dot(at, ends.x) - row_dot(at + 36u, ends.f2);
-        inboard_node[first_rest + own] = columns[at + BIAS] + along;
-    }
-    workgroupBarrier();
-    if has_join && own == 0u {
-        let rest = Force(inboard3(first_rest), inboard3(first_rest + 3u));
-        put_acting(join, ends, upper6(factor, rest));
-    }
-    workgroupBarrier();
-}
-
-fn get_factor(at: u32) -> Cholesky6 {
-    let a = vec4<real>(nodes[at]);
-    let b = vec4<real>(nodes[at + 1u]);
-    let c = vec4<real>(nodes[at + 2u]);
-    let d = vec4<real>(nodes[at + 3u]);
-    let e = vec4<real>(nodes[at + 4u]);
-    let f = vec4<real>(nodes[at + 5u]);
-    return Cholesky6(
-        Cholesky3(a.xyz, vec3<real>(a.w, b.xy), true),
-        mat3x3<real>(d.xyz, vec3<real>(d.w, e.xy), vec3<real>(e.zw, f.x)),
-        Cholesky3(vec3<real>(b.zw, c.x), c.yzw, true),
-        true,
-    );
-}
-
-// A row of six columns times a vector.
-fn row_dot(at: u32, v: Force) -> real {
-    let angular = vec3<real>(columns[at], columns[at + 6u], columns[at + 12u]);
-    let linear = vec3<real>(columns[at + 18u], columns[at + 24u], columns[at + 30u]);
-    return dot(angular, v.angular) + dot(linear, v.linear);
 }
