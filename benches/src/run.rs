@@ -16,7 +16,9 @@ use crate::table::to_table;
 use anyhow::Context;
 use std::path::Path;
 use vertebra::assembly::urdf;
+use vertebra::collision::gpu::{MeshPair, Processor};
 use vertebra::{PlyPart, Pose, TriangleMesh, write_ply};
+use vertebra_gpu::Device;
 
 /// How a command ended that ran through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,7 +125,10 @@ fn write_further(arguments: &BenchArgs, subjects: &Subjects, interrupt: &Interru
             .meshes
             .last()
             .context("no meshes are measured: add `collision`, or --mesh-a and --mesh-b")
-            .and_then(|subject| write_hits(path, subject));
+            .and_then(|subject| {
+                let device = subjects.device.as_ref().map(gpu::Subject::device);
+                write_hits(path, subject, device)
+            });
         failures.extend(written.err().map(|error| format!("--hits: {error:#}")));
     }
     if let Some(path) = &arguments.frames {
@@ -365,9 +370,17 @@ fn file_stem(path: &Path) -> String {
     )
 }
 
-/// Colours as the source's figures have them: what collides red and green, the rest white and blue.
-fn write_hits(path: &Path, subject: &meshes::Subject) -> anyhow::Result<()> {
-    let (hit_a, hit_b) = subject.query()?.threads(0).mask()?;
+/// Colours as the source's figures have them: what collides red and green, the rest white and blue. Found on the GPU if
+/// rows of it are measured.
+fn write_hits(
+    path: &Path,
+    subject: &meshes::Subject,
+    device: Option<&Device>,
+) -> anyhow::Result<()> {
+    let asked = device.map(|_| Processor::Gpu).or(Some(Processor::Cpu));
+    let mut pair = MeshPair::new(device, subject.a.clone(), subject.b.clone(), asked)?;
+    pair.set_pose_b(subject.pose_b)?;
+    let (hit_a, hit_b) = pair.mask()?;
     let color_a = |i: usize| {
         if hit_a[i] {
             [214, 39, 40]
@@ -394,10 +407,11 @@ fn write_hits(path: &Path, subject: &meshes::Subject) -> anyhow::Result<()> {
     write_atomically(path, &file)?;
     let count = |hits: &[bool]| hits.iter().filter(|hit| **hit).count();
     println!(
-        "wrote {}: {} and {} colliding triangles coloured",
+        "wrote {}: {} and {} colliding triangles coloured, found on the {}",
         path.display(),
         count(&hit_a),
-        count(&hit_b)
+        count(&hit_b),
+        pair.choice().processor
     );
     Ok(())
 }
