@@ -54,7 +54,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     };
     let subjects = Subjects::of(arguments)?;
     let outputs = [
-        Some(arguments.out.join(RESULTS_JSON)),
+        Some(arguments.folder().join(RESULTS_JSON)),
         arguments.hits.clone(),
         arguments.frames.clone(),
     ];
@@ -93,7 +93,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
         .map(|(label, error)| format!("not measured: {label}: {error:#}"))
         .collect();
     println!("{}", to_table(&rows));
-    for path in write_results(&arguments.out, &rows)? {
+    for path in write_results(arguments.folder(), &rows)? {
         println!("wrote {}", path.display());
     }
     if !meter.interrupt.requested() {

@@ -89,16 +89,20 @@ impl Subject {
             let detail = precision.to_string();
             add("aba", &detail, Box::new(move |m| self.aba(m, precision)));
             if precision == Precision::F64 {
-                let run = move |m: &Meter| self.refined(m, None);
-                add("aba-refined", &detail, Box::new(run));
+                for (name, sweeps) in [("aba-refined", 1), ("aba-refined-2", 2)] {
+                    let run = move |m: &Meter| self.refined(m, None, sweeps);
+                    add(name, &detail, Box::new(run));
+                }
                 let options = DcaOptions {
                     tree: Precision::F32,
                     parallel: false,
                     ..DcaOptions::default()
                 };
                 let detail = precision_name(&options);
-                let run = move |m: &Meter| self.refined(m, Some(options));
-                add("dca-refined", &detail, Box::new(run));
+                for (name, sweeps) in [("dca-refined", 1), ("dca-refined-2", 2)] {
+                    let run = move |m: &Meter| self.refined(m, Some(options), sweeps);
+                    add(name, &detail, Box::new(run));
+                }
             }
             add("rnea", &detail, Box::new(move |m| self.rnea(m, precision)));
             add("step", &detail, Box::new(move |m| self.step(m, precision)));

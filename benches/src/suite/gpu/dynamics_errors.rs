@@ -261,7 +261,7 @@ pub(super) fn refined(device: &Device) -> Outcome {
     models.push(("long chain", generate::random_chain(count, &rod, 1)?));
     let mut figures = Vec::new();
     for (name, model) in models {
-        let (state, forces) = inputs(&model, 7);
+        let (state, forces) = inputs(&model, 7)?;
         let mut reference = Workspace::new(&model, Precision::Reference);
         let exact = aba(&model, &state, &forces, &mut reference)?;
         for (sweeps, bound) in [(1, 1e-9), (2, 1e-10)] {

@@ -225,6 +225,7 @@ fn culprit(error: &ModelError) -> (Option<&str>, bool) {
         ModelError::ZeroAxis { body }
         | ModelError::MasslessBody { body }
         | ModelError::EmptyRange { body, .. }
+        | ModelError::UnsuitedSpring { body }
         | ModelError::Negative { body, .. } => (Some(body), true),
         ModelError::NonFinite {
             quantity, element, ..

@@ -156,6 +156,8 @@ impl Tables {
                 Kind::Prismatic => 2,
                 Kind::Spherical => 3,
                 Kind::Free => 4,
+                // Refused before.
+                Kind::Screw => 5,
             };
             let flag = |is_set, flag| if is_set { flag } else { 0 };
             kinds.push(
