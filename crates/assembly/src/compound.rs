@@ -75,10 +75,12 @@ impl Compound {
             self.joints.push(Joint::fixed());
         }
         let place = |on: Pose, placement: &mut Pose| {
-            // A joint that stands alone keeps the bits of its placements.
-            if on != Pose::IDENTITY {
-                *placement = on * *placement;
-            }
+            // Placements that need no product keep their bits.
+            *placement = match *placement {
+                Pose::IDENTITY => on,
+                own if on == Pose::IDENTITY => own,
+                own => on * own,
+            };
         };
         if let Some(first) = self.joints.first_mut() {
             place(self.parent_placement, &mut first.parent_placement);

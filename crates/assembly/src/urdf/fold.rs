@@ -235,6 +235,7 @@ fn culprit(error: &ModelError) -> (Option<&str>, bool) {
         | ModelError::UnsupportedVersion { .. }
         | ModelError::EmptyName { .. }
         | ModelError::WrongLength { .. }
+        | ModelError::NoSuchBody { .. }
         | ModelError::BadParameter { .. } => (None, false),
     }
 }
