@@ -24,6 +24,9 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Measure the error of forward dynamics over many seeds, on masses that tell algorithms apart.
     Accuracy(AccuracyArgs),
+    /// Ask everything of models as unreasonable as can be built, and look for answers that are no
+    /// numbers.
+    Fuzz(FuzzArgs),
     /// Judge one run against another, row by row.
     Compare(CompareArgs),
     /// Write tables and plots again from a results.json.
@@ -37,6 +40,9 @@ pub enum Command {
         /// the best there is.
         #[arg(long, value_enum, default_value = "cpu")]
         backend: Backend,
+        /// Run only the checks whose names contain one of these.
+        #[arg(long, value_name = "NAME", value_delimiter = ',')]
+        only: Vec<String>,
     },
     /// Compute the inputs of a file on the CPU and on the GPU and compare, element by element.
     Replay {
@@ -159,6 +165,20 @@ pub struct AccuracyArgs {
     pub out: PathBuf,
 }
 
+/// Options of `fuzz`.
+#[derive(Args, Debug)]
+pub struct FuzzArgs {
+    /// Number of models.
+    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
+    pub models: u64,
+    /// Stop after so long \[s\].
+    #[arg(long)]
+    pub seconds: Option<u64>,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
 /// Options of `compare`.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
@@ -248,7 +268,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 66] = [
+const METHODS: [&str; 67] = [
     "aba",
     "aba-refined",
     "build",
@@ -282,6 +302,7 @@ const METHODS: [&str; 66] = [
     "self",
     "self-pairs",
     "self-pairs-resident",
+    "seeds",
     "moller",
     "moller-pairs",
     "moller0",

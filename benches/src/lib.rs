@@ -12,9 +12,11 @@
 pub mod accuracy;
 pub mod cli;
 pub mod compare;
+mod crossover;
 pub mod csv;
 pub mod export;
 pub mod frames;
+pub mod fuzz;
 pub mod interrupt;
 pub mod measure;
 pub mod peers;

@@ -9,17 +9,22 @@ use clap::Parser;
 use std::process::ExitCode;
 use vertebra_bench::cli::{Cli, Command, CompareArgs, ReportArgs};
 use vertebra_bench::run::Outcome;
-use vertebra_bench::{accuracy, compare, export, interrupt, peers, replay, results, run, selftest};
+use vertebra_bench::{
+    accuracy, compare, export, fuzz, interrupt, peers, replay, results, run, selftest,
+};
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Bench(arguments) => run::bench(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
+        Command::Fuzz(arguments) => fuzz::run(&arguments),
         Command::Compare(arguments) => judge(&arguments).map(Outcome::of),
         Command::Report(arguments) => report(&arguments).map(|()| Outcome::Success),
-        Command::Selftest { figures, backend } => {
-            selftest::selftest(backend, figures).map(Outcome::of)
-        }
+        Command::Selftest {
+            figures,
+            backend,
+            only,
+        } => selftest::selftest(backend, figures, &only).map(Outcome::of),
         Command::Replay { file, dump, rows } => {
             replay::replay(&file, dump.as_deref(), rows).map(Outcome::of)
         }

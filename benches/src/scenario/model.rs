@@ -294,7 +294,7 @@ impl Subject {
             for precision in [precision, Precision::Reference] {
                 let mut simulation = self.simulation(precision, state, forces)?;
                 simulation.step(STEP)?;
-                rates.push(simulation.state().qd.clone());
+                rates.push(simulation.state()?.qd.clone());
             }
             forward = worst_of(forward, difference(&rates[0], &rates[1], &[]));
         }

@@ -16,7 +16,7 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(name: String, model: Model, seed: u64) -> Self {
+    fn new(name: String, model: Model, seed: u64) -> anyhow::Result<Self> {
         let state = State::random(&model, seed);
         let mut random = Random::new(seed ^ 0x5eed);
         let mut forces = Forces::none(&model);
@@ -31,12 +31,13 @@ impl Problem {
                 .with_torque(random.direction());
             forces.push(bodies[random.below(bodies.len())], wrench);
         }
-        Self {
+        own_gravity(&model, &mut forces)?;
+        Ok(Self {
             name,
             model,
             state,
             forces,
-        }
+        })
     }
 
     /// The same with inertia of their own in two freedoms of three, over six decades.
@@ -60,6 +61,16 @@ impl Problem {
     #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
     fn depth(&self) -> f64 {
         self.model.depth() as f64
+    }
+}
+
+/// Gravity of its own for the second tree of a forest.
+pub(super) fn own_gravity(model: &Model, forces: &mut Forces) -> Result<(), vertebra::Error> {
+    let bodies = model.body_ids().zip(model.bodies());
+    let roots = bodies.filter(|(_, body)| body.parent.is_none());
+    match roots.map(|(id, _)| id).nth(1) {
+        None => Ok(()),
+        Some(root) => forces.set_gravity(model, root, [0.4, -0.3, -1.62]),
     }
 }
 
@@ -89,7 +100,7 @@ fn small_problems() -> anyhow::Result<Vec<Problem>> {
             let model = generate::random_tree(&tree, seed * 1000 + count as u64)?;
             let name = format!("{count} bodies reach {reach} x {articulations} seed {seed}");
             if model.dof_count() <= 256 {
-                problems.push(Problem::new(name, model, seed));
+                problems.push(Problem::new(name, model, seed)?);
             }
         }
     }
@@ -116,7 +127,7 @@ fn large_problems() -> anyhow::Result<Vec<Problem>> {
                 };
                 let model = generate::random_tree(&tree, seed)?;
                 let name = format!("{count} mixed, reach {reach}, seed {seed}");
-                problems.push(Problem::new(name, model, seed));
+                problems.push(Problem::new(name, model, seed)?);
             }
         }
         for seed in 0..4 {
@@ -125,7 +136,7 @@ fn large_problems() -> anyhow::Result<Vec<Problem>> {
             problems.push(Problem::with_rotors(name, model, seed));
         }
         let chain = generate::random_chain(count, &Rod::default(), 1)?;
-        problems.push(Problem::new(format!("chain of {count}"), chain, 1));
+        problems.push(Problem::new(format!("chain of {count}"), chain, 1)?);
     }
     Ok(problems)
 }

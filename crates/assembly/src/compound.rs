@@ -76,11 +76,11 @@ impl Compound {
         }
         let place = |on: Pose, placement: &mut Pose| {
             // Placements that need no product keep their bits.
-            *placement = match *placement {
-                Pose::IDENTITY => on,
-                own if on == Pose::IDENTITY => own,
-                own => on * own,
-            };
+            if *placement == Pose::IDENTITY {
+                *placement = on;
+            } else if on != Pose::IDENTITY {
+                *placement = on * *placement;
+            }
         };
         if let Some(first) = self.joints.first_mut() {
             place(self.parent_placement, &mut first.parent_placement);

@@ -24,6 +24,7 @@ mod error;
 pub mod generate;
 mod joint;
 mod kinematics;
+mod location;
 mod mass;
 mod massless;
 mod model;
@@ -35,6 +36,8 @@ mod units;
 #[cfg(feature = "urdf")]
 pub mod urdf;
 mod validate;
+#[cfg(feature = "xml")]
+pub mod xml;
 
 pub use builder::{BuildError, Builder, Built, Curve, Matter, Problem, Solid, SolidError};
 pub use compound::Compound;
@@ -43,6 +46,7 @@ pub use edit::{Edit, Edited};
 pub use element::{Rest, Spring, Stop};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};
+pub use location::{Ignored, Location};
 pub use mass::MassProperties;
 pub use model::{Body, BodyId, Frame, Model};
 pub use not_simulated::{Feature, NotSimulated};

@@ -8,6 +8,7 @@
 
 use glam::{DMat3, DVec3};
 use vertebra_assembly::urdf::{self, Mesh, Options, Problem, Robot, Role, Shape};
+use vertebra_assembly::xml::XmlProblem;
 use vertebra_assembly::{Feature, Joint, JointKind, Random};
 
 /// A robot of these elements, which start on line 2.
@@ -424,6 +425,6 @@ fn long_chains_and_deep_nests_are_read() {
     let unclosed = urdf::parse(&"<robot>".repeat(count), &Options::default());
     assert!(matches!(
         unclosed.unwrap_err().problem,
-        Problem::NotXml { .. }
+        Problem::Xml(XmlProblem::NotXml { .. })
     ));
 }

@@ -37,6 +37,16 @@ pub enum Error {
         /// Index of the body.
         body: usize,
     },
+    /// Gravity of its own for a body that is carried by another.
+    #[error(
+        "gravity is that of a whole articulation: set it for `{root}`, which carries `{body}`, or for its root"
+    )]
+    NotARoot {
+        /// The body that was named.
+        body: String,
+        /// The body that carries it.
+        root: String,
+    },
     /// A force, acceleration or step size that is not a finite number.
     #[error("{quantity} of `{element}` is not finite ({value}); give a number")]
     NonFiniteInput {
@@ -167,6 +177,16 @@ pub enum Error {
         /// The pivot that is not positive.
         pivot: usize,
     },
+    /// Points that cannot accelerate in every direction have no operational-space inertia.
+    #[error(
+        "the points have no operational-space inertia: that of body `{body}` cannot accelerate in direction {direction} (0 to 2 turn about x, y, z, 3 to 5 move along) independently of the others; ask for the inverse, or for fewer points"
+    )]
+    SingularOperationalInertia {
+        /// The body whose point it is.
+        body: String,
+        /// The first direction that depends on those before.
+        direction: usize,
+    },
     /// A dense matrix that is too large, or for which there is no memory.
     #[error(
         "a dense {dofs} x {dofs} matrix does not fit: at most {limit} degrees of freedom, given the memory; use ABA, which needs none"
@@ -209,6 +229,18 @@ pub enum Error {
         adapter: String,
         /// The precision asked for.
         precision: crate::Precision,
+    },
+    /// Corrections that a device does not make.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "{sweeps} corrections of solutions with chunks in {chunks}: ask for 3 at most, on an adapter with f64 and with chunks in {}",
+        crate::Precision::F64
+    )]
+    Sweeps {
+        /// Corrections of each solution asked for.
+        sweeps: usize,
+        /// Precision of the chunks.
+        chunks: crate::Precision,
     },
     /// One of several steps failed.
     #[error("step {step} of {count} (counted from 0) failed: {source}")]
@@ -267,6 +299,33 @@ pub enum Error {
         expected: usize,
         /// How many were given.
         given: usize,
+    },
+    /// What simulations on a GPU do not do.
+    #[error("{what} is not available on a GPU: {remedy}")]
+    UnavailableOnGpu {
+        /// What was asked for.
+        what: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// A GPU asked of a build that has none.
+    #[error(
+        "this build does not compute on a GPU: enable the feature `gpu`, or use `Device::cpu()`"
+    )]
+    GpuNotBuilt,
+    /// A model that does not fit a device.
+    #[error(
+        "a model of {bodies} bodies needs more than the device's {limit} = {available}: one like it of {fit} bodies fits; make several models, or simulate on the CPU"
+    )]
+    ModelTooLarge {
+        /// Bodies of the model.
+        bodies: usize,
+        /// Bodies that would fit, of a model like it.
+        fit: usize,
+        /// The limit.
+        limit: &'static str,
+        /// Its value \[byte\].
+        available: u64,
     },
     /// A batch that does not fit a device.
     #[cfg(feature = "gpu")]

@@ -10,8 +10,8 @@ pub struct Refinement {
     /// what its Newton-Euler equation or its joint's match of accelerations leaves, over the largest
     /// entry of any term, in the model's units.
     pub residual: f64,
-    /// The correction: max |change of qdd| / max |qdd|, which is the forward error before but for the
-    /// error of the correction itself. As long as corrections become smaller, the error after one is
+    /// The correction: max |change of qdd| / max |qdd|, 1 at most, which is the forward error before but
+    /// for the error of the correction itself. As long as corrections become smaller, the error after one is
     /// at most about this times the ratio of this to the one before.
     pub change: f64,
 }
@@ -49,9 +49,14 @@ pub fn refine(forces: &Forces, solved: &mut impl Solved) -> Result<Refinement, E
     solved.refine(forces)
 }
 
-/// A largest change as part of the largest value.
+/// A largest change as part of the largest value; all of it, where the change is larger than what it
+/// leaves, or nothing is left.
 pub(crate) fn relative(change: f64, largest: f64) -> f64 {
-    if change == 0.0 { 0.0 } else { change / largest }
+    if change == 0.0 {
+        return 0.0;
+    }
+    // `min` takes the number of the two, should both have overflowed.
+    (change / largest.max(change)).min(1.0)
 }
 
 /// Takes the larger absolute value, entry by entry.

@@ -194,7 +194,7 @@ fn newton_euler_rows<T: Real>(
             (force_array(row), force_array(scale))
         })
         .collect();
-    for (id, wrench) in forces.external() {
+    for (id, wrench) in forces.acting() {
         let i = id.index();
         let wrench = s.frames[i].wrench_at_joint(s.rotation[i], wrench, model.units());
         add(&mut rows[id.index()].1, force_array(absolute_force(wrench)));

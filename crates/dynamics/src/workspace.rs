@@ -1,7 +1,9 @@
 //! Scratch and results of the algorithms.
 
 use crate::correct::Corrections;
+use crate::derivatives::Tangents;
 use crate::link::{BodyFrame, Link, Scales};
+use crate::substitute::Substitution;
 use crate::{Error, Forces, Precision};
 use glam::{DQuat, DVec3};
 use vertebra_assembly::{BodyId, Model, Units};
@@ -157,6 +159,10 @@ pub(crate) struct Sweeps<T: Number> {
     pub(crate) rates: Vec<T>,
     /// Memory of the corrections, taken when the first one is asked for.
     pub(crate) corrections: Option<Box<Corrections<T>>>,
+    /// Memory of substitutions, likewise.
+    pub(crate) substitution: Option<Box<Substitution<T>>>,
+    /// Memory of derivatives, likewise.
+    pub(crate) tangents: Option<Box<Tangents<T>>>,
 }
 
 impl<T: Number> Sweeps<T> {
@@ -201,6 +207,8 @@ impl<T: Number> Sweeps<T> {
             factor_of,
             rates: vec![T::ZERO; dofs],
             corrections: None,
+            substitution: None,
+            tangents: None,
         }
     }
 

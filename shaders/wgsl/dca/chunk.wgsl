@@ -314,10 +314,12 @@ fn assemble_chunk(chunk: u32) {
     if (ends & TO_LEAF) != 0u {
         node = with_leaf(!is_inner, node, slot_at(slots, length), last_share, leaf);
     }
-    if rake != NONE {
-        put_rake(rake, Rake(node.phi11, node.b1, part.carried), 1.0);
-    }
     if index != NONE {
         put_node(index, node);
+    }
+    if rake != NONE && index == NONE {
+        put_rake(rake, Rake(node.phi11, node.b1, part.carried), 1.0);
+    } else if rake != NONE {
+        put_head(rake, node);
     }
 }

@@ -161,14 +161,13 @@ fn get_placed(slot: u32) -> Placed {
     return Placed(fetch(3u * sizes.slots + slot), four.a, four.b, Motion(four.d, four.c));
 }
 
-// What a part hangs from whose parent is known: the same, or what is across the part inboard of it.
-fn under(parent: u32) -> Turn {
-    let join = parent >> 1u;
+// What a join hangs from, then what is across another part, if there is one.
+fn under(join: u32, across: u32) -> Turn {
     let start = get_turn(unders_at() + join, sizes.joins);
-    if (parent & 1u) == 0u {
+    if across == NONE {
         return start;
     }
-    return then(start, get_across(join_word(join, INBOARD_TURN)));
+    return then(start, get_across(across));
 }
 
 // How the body is turned that carries a path.
@@ -179,9 +178,9 @@ fn carried(slot: u32) -> Turn {
 
 // What a chunk hangs from.
 fn under_chunk(chunk: u32) -> Turn {
-    let parent = chunk_word(chunk, PARENT);
-    if parent != NONE {
-        return under(parent);
+    let join = chunk_word(chunk, UNDER);
+    if join != NONE {
+        return under(join, chunk_word(chunk, ACROSS));
     }
     if (chunk_word(chunk, ENDS) & FROM_CARRIER) != 0u {
         return carried(chunk_word(chunk, INBOARD));

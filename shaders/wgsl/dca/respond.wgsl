@@ -39,17 +39,21 @@ fn respond_chunk(chunk: u32) {
     let is_inner = (flags_at_ends & FROM_CUT) != 0u;
     let has_leaf = HAS_LEAVES && (flags_at_ends & TO_LEAF) != 0u;
     let leaf = chunk_word(chunk, LEAF);
-    let parent = chunk_word(chunk, PARENT);
+    let before = chunk_word(chunk, BEFORE);
+    let after = chunk_word(chunk, AFTER);
     var ends = Ends(force_zero(), force_zero());
-    if parent != NONE {
-        ends = handed(parent);
+    if after != NONE {
+        ends.f2 = force_scaled(force_at(after), -1.0);
     }
-    if !is_inner {
+    if is_inner {
+        ends.x = force_at(before);
+    } else {
         var carrier = NONE;
         if (flags_at_ends & FROM_CARRIER) != 0u {
             carrier = chunk_word(chunk, INBOARD);
         }
         ends.x = hanging(slot_at(slots, 0u), carrier);
+        keep_head(chunk, ends);
     }
     // The force that a leaf's joint transmits to it acts on the rest the other way round.
     var tip = ends.f2;
@@ -68,6 +72,7 @@ fn respond_chunk(chunk: u32) {
         );
         let center = upper6(inverse.factor, moved);
         a = Motion(center.angular, center.linear);
+        keep_end(before, OUTBOARD, a);
     }
     var next = spot_at(slots, 0u);
     for (var place = 0u; place < slots.length; place++) {
@@ -94,11 +99,16 @@ fn respond_chunk(chunk: u32) {
             fail(OVERFLOW, slot);
         }
         advance(slot, kind, response.joint);
-        if (flags & CARRIES) != 0u {
+        let carries = (flags & CARRIES) != 0u;
+        let is_cut = IS_KEPT && after != NONE && place + 1u == slots.length;
+        if carries || is_cut {
             let handle = motion_add(motion_shifted(a, arm), centripetal(placed.spin, arm));
-            let at = carriers_at() + slot;
-            put(at + sizes.slots, vec4<real>(handle.angular, 0.0));
-            put(at + 2u * sizes.slots, vec4<real>(handle.linear, 0.0));
+            if is_cut {
+                keep_end(after, INBOARD_SIDE, handle);
+            }
+            if carries {
+                put_handle(slot, handle);
+            }
         }
     }
 }

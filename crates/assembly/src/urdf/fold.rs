@@ -39,7 +39,10 @@ impl File<'_> {
         for &link in &self.tree.order {
             places[link] = match self.tree.carriers[link] {
                 Some(carrier) if self.is_folded(carrier.joint, options) => Place {
-                    placement: places[carrier.parent].placement * self.joints[carrier.joint].origin,
+                    placement: beyond(
+                        &places[carrier.parent].placement,
+                        &self.joints[carrier.joint].origin,
+                    ),
                     ..places[carrier.parent]
                 },
                 None if !options.floating_base && !options.keep_fixed => places[link],
@@ -88,7 +91,7 @@ impl File<'_> {
                 damping: read.damping,
                 friction: read.friction,
                 mimic: self.mimic(read, &joints, options, ignored)?,
-                ..assembly::Joint::new(read.kind).at(parent.placement * read.origin)
+                ..assembly::Joint::new(read.kind).at(beyond(&parent.placement, &read.origin))
             };
             description = description.body(name, name_of(parent.body), joint, masses[link]);
         }
@@ -188,6 +191,7 @@ impl File<'_> {
                 element: "mimic".to_owned(),
                 owner: format!("joint `{}`", joint.name),
                 line: mimic.line,
+                is_attribute: false,
             });
             return Ok(None);
         }
@@ -203,6 +207,15 @@ impl File<'_> {
             location: self.robot.clone(),
             problem,
         }
+    }
+}
+
+/// A placement seen from beyond another. The product rounds, and what stands at the origin is to keep
+/// its bits.
+fn beyond(outer: &Pose, inner: &Pose) -> Pose {
+    match *outer == Pose::IDENTITY {
+        true => *inner,
+        false => *outer * *inner,
     }
 }
 

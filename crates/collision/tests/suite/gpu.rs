@@ -387,6 +387,7 @@ fn self_collision() {
             assert_eq!(gpu.count().unwrap(), pairs.len() as u64);
             assert_eq!(gpu.mask().unwrap(), cpu.mask());
             assert_eq!(gpu.curves().unwrap(), cpu.curves());
+            assert_eq!(gpu.classified().unwrap(), cpu.classified());
             let undecided = gpu.statistics().unwrap().undecided;
             assert!(undecided <= most_undecided, "{name}: {undecided}");
         }

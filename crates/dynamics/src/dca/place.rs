@@ -206,7 +206,7 @@ impl<T: Real> Places<T> {
 
     /// Adds to the external forces those that are given.
     pub(super) fn push(&mut self, plan: &Plan<T>, forces: &Forces, units: &Units) {
-        for (id, wrench) in forces.external() {
+        for (id, wrench) in forces.acting() {
             let slot = plan.slots[id.index()] as usize;
             let body = &mut self.bodies[slot];
             let wrench = plan.frames[slot].wrench_at_joint(body.rotation, wrench, units);

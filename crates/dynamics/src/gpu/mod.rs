@@ -1,5 +1,8 @@
 //! Simulation on a GPU: one articulation, tree or forest, by divide and conquer in O(log n) rounds; and
-//! [`Batch`], many states of one model, a few lanes each.
+//! [`Batch`], many states of one model, a few lanes each or all by divide and conquer.
+//!
+//! [`crate::Simulation::on`] is the door to the former that most programs take; [`Simulation`] here is what
+//! is behind it, with times on the device and options of its own.
 //!
 //! [`Simulation::on`] uploads a model once. Steps then run without the host: kinematics over the
 //! assembly tree up and down, chunks assembled by a lane each, joins up and down, the chunks solved,
@@ -26,8 +29,8 @@
 mod batch;
 mod dca;
 
-pub use batch::{Batch, BatchOptions};
-pub use dca::{Options, PoseBuffer, Simulation};
+pub use batch::{Batch, BatchChoice, BatchOptions};
+pub use dca::{Options, PendingPoses, PoseBuffer, Simulation};
 
 use crate::{Error, Forces, Integrator};
 use vertebra_assembly::{JointKind, Model};

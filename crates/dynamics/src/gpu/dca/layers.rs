@@ -6,7 +6,10 @@
 
 use super::tables::small;
 use core::ops::Range;
-use vertebra_shaders::dca::item;
+use vertebra_shaders::dca::{RECORD, item};
+
+/// What tables say of a join.
+pub(super) type Record = [u32; RECORD as usize];
 
 /// What is done in a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,8 +93,14 @@ impl Rounds {
     }
 
     /// The rounds after the first in dispatches of a few rounds each, but for the last, which takes
-    /// all that one workgroup is wide enough for. Their tables are added to `words`.
-    pub(super) fn layers(&self, width: &Width, words: &mut Vec<u32>) -> Vec<Layered> {
+    /// all that one workgroup is wide enough for. Their tables are added to `words`, with what `record`
+    /// says of joins.
+    pub(super) fn layers(
+        &self,
+        width: &Width,
+        record: &dyn Fn(usize) -> Record,
+        words: &mut Vec<u32>,
+    ) -> Vec<Layered> {
         let end = self.items.len();
         let wide = |round: &usize| {
             let items = self.items[*round].iter();
@@ -102,15 +111,21 @@ impl Rounds {
         let count = (top - 1).div_ceil(width.rounds);
         for layer in 0..count {
             let bound = |layer: usize| 1 + (top - 1) * layer / count;
-            layers.push(self.layer(bound(layer)..bound(layer + 1), width, words));
+            layers.push(self.layer(bound(layer)..bound(layer + 1), width, record, words));
         }
         if top < end {
-            layers.push(self.layer(top..end, width, words));
+            layers.push(self.layer(top..end, width, record, words));
         }
         layers
     }
 
-    fn layer(&self, rounds: Range<usize>, width: &Width, words: &mut Vec<u32>) -> Layered {
+    fn layer(
+        &self,
+        rounds: Range<usize>,
+        width: &Width,
+        record: &dyn Fn(usize) -> Record,
+        words: &mut Vec<u32>,
+    ) -> Layered {
         let groups = self.groups(&rounds, width);
         let others = |item: &&Item| !matches!(item, Item::Join(_));
         let joins = |item: &&Item| matches!(item, Item::Join(_));
@@ -126,20 +141,23 @@ impl Rounds {
             for round in group {
                 at += round.iter().filter(others).count();
                 words.push(small(at));
-                at += round.iter().filter(joins).count();
+                at += RECORD as usize * round.iter().filter(joins).count();
                 words.push(small(at));
             }
         }
         for round in groups.iter().flatten() {
-            let items = round
-                .iter()
-                .filter(others)
-                .chain(round.iter().filter(joins));
-            words.extend(items.map(|&item| match item {
-                Item::Chunk(chunk) => small(chunk) << 2 | item::CHUNK,
-                Item::Join(join) => small(join) << 2 | item::JOIN,
-                Item::Sum(sum) => small(sum) << 2 | item::SUM,
-            }));
+            for &item in round {
+                match item {
+                    Item::Chunk(chunk) => words.push(small(chunk) << 2 | item::CHUNK),
+                    Item::Sum(sum) => words.push(small(sum) << 2 | item::SUM),
+                    Item::Join(_) => {}
+                }
+            }
+            for &item in round {
+                if let Item::Join(join) = item {
+                    words.extend(record(join));
+                }
+            }
         }
         layered
     }
@@ -278,7 +296,8 @@ mod tests {
                 rounds: 3,
             };
             let mut words = vec![7, 7, 7];
-            let layers = rounds.layers(&width, &mut words);
+            let record = |join| [small(join); RECORD as usize];
+            let layers = rounds.layers(&width, &record, &mut words);
             // Dispatch, group and round of each item that is done; chunks are done before.
             let mut done = vec![None; rounds.node_count()];
             done[..leaves].fill(Some((usize::MAX, 0, 0)));
@@ -295,15 +314,17 @@ mod tests {
                     let starts = &words[layer.starts as usize + group * table..][..table];
                     for round in 0..layer.rounds as usize {
                         let [first, joins, end] = [0, 1, 2].map(|k| starts[2 * round + k]);
-                        for at in first..end {
+                        let others = (first..joins).map(|at| {
                             let word = words[at as usize];
-                            let (kind, index) = (word & 3, (word >> 2) as usize);
-                            assert_eq!(kind == item::JOIN, at >= joins);
-                            let item = match kind {
+                            let index = (word >> 2) as usize;
+                            match word & 3 {
                                 item::CHUNK => Item::Chunk(index),
-                                item::JOIN => Item::Join(index),
                                 _ => Item::Sum(index),
-                            };
+                            }
+                        });
+                        let joins = (joins..end).step_by(RECORD as usize);
+                        let joins = joins.map(|at| Item::Join(words[at as usize] as usize));
+                        for item in others.chain(joins) {
                             let number = rounds.number(item);
                             for need in needs(number) {
                                 let (d, g, r) = done[need as usize].unwrap();
