@@ -90,6 +90,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),
     check("dca_overflow", dynamics::overflow),
+    check("dynamics_device_lost", dynamics::device_lost),
     check("collision_gold", collision::gold),
     check("collision_hard", collision::hard),
     check("collision_nearly_touching", collision::nearly_touching),
