@@ -24,8 +24,8 @@ pub use vertebra_collision::{
 pub use vertebra_dynamics::{
     self as dynamics, Achieved, Algorithm, Batch, BodyForce, BodyMotion, Check, Choice, DcaOptions,
     DcaWorkspace, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor, Motor,
-    PendingPoses, Precision, Refinement, Residual, Simulation, Solved, Solver, SolverOptions, Stored,
-    Work, Workspace, Wrench, aba, aba_batch, body_poses, crba, crba_forward_dynamics, dca,
+    PendingPoses, Precision, Refinement, Residual, Simulation, Solved, Solver, SolverOptions,
+    Stored, Work, Workspace, Wrench, aba, aba_batch, body_poses, crba, crba_forward_dynamics, dca,
     forward_error, forward_kinematics, joint_wrenches, mechanics, refine, residual, rnea,
 };
 #[cfg(feature = "gpu")]
