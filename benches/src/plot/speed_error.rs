@@ -35,9 +35,15 @@ pub(super) struct DataPoint<'a> {
     on_front: bool,
 }
 
-/// What a row is compared with: the same input.
-fn rivals(row: &Row) -> (&str, u64) {
-    (&row.scenario, row.size)
+/// What a row is compared with: the same input, and asked the same of it.
+fn rivals(row: &Row) -> (&str, u64, &str) {
+    let family = row.method.split('-').next().unwrap_or(&row.method);
+    let task = match family {
+        "aba" | "crba" | "dca" => "forward dynamics",
+        "exact" | "moller" | "moller0" | "separating" => question(row),
+        _ => &row.method,
+    };
+    (&row.scenario, row.size, task)
 }
 
 /// Whether no other row of the same input, of which there are some, is both faster and more exact:
@@ -158,7 +164,8 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
     };
     let mut remark = format!("Labels{columns}: {kind}. Best is at the top left.");
     if points.iter().any(|point| point.on_front) {
-        remark.push_str(" Ringed: of one input, nothing is both faster and more exact.");
+        remark
+            .push_str(" Ringed: of one input and question, nothing is both faster and more exact.");
     }
     if points.len() < rows.len() {
         remark.push_str(&format!(

@@ -258,7 +258,7 @@ impl<T: Real> Sweeps<T> {
     /// Multiplies with D^-1 of a joint, which of one freedom is a number.
     fn solve_pivots(&self, i: usize, response: &mut [T; 6]) {
         if self.links[i].kind.dof_count() == 1 {
-            response[0] *= self.d_inverse[i];
+            response[0] = response[0] * self.d_inverse[i];
         } else if let Some(Some(factor)) = self.factors.get(self.factor_of[i] as usize) {
             factor.solve(response);
         }
