@@ -252,9 +252,9 @@ fn steps(case: &Case, integrator: Integrator) -> Result<Numbers, Error> {
     simulation.set_state(case.state.clone())?;
     simulation.forces_mut().clone_from(&case.forces);
     for _ in 0..STEPS {
-        let before = simulation.state().clone();
+        let before = simulation.state()?.clone();
         let stepped = simulation.step(case.step);
-        let after = simulation.state();
+        let after = simulation.state()?;
         if let Err(error) = stepped {
             if *after != before {
                 numbers.broken = Some("a refused step changed the state".to_owned());

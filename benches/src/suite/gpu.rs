@@ -76,6 +76,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("nan_made_on_the_device", stages::nan_made_on_the_device),
     check("failed_stage", stages::failed_stage),
     check("batch_accelerations", batch::accelerations),
+    check("batch_long_chains", batch::long_chains),
     check("batch_steps", batch::steps),
     check("batch_failing_item", batch::a_failing_item),
     check("dca_accelerations", dynamics::accelerations),

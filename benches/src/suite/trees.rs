@@ -40,6 +40,18 @@ impl Problem {
         })
     }
 
+    /// The same with inertia of their own in two freedoms of three, over six decades.
+    fn with_rotors(name: String, model: Model, seed: u64) -> anyhow::Result<Self> {
+        let mut problem = Self::new(name, model, seed)?;
+        let mut random = Random::new(seed ^ 0x0007_0705);
+        let own = |_| match random.below(3) {
+            0 => 0.0,
+            _ => 1e-3 * 1e6_f64.powf(random.unit()),
+        };
+        problem.forces.joint_inertia = (0..problem.model.dof_count()).map(own).collect();
+        Ok(problem)
+    }
+
     /// Bodies and degrees of freedom, whichever are more.
     #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
     fn size(&self) -> f64 {
@@ -92,6 +104,13 @@ fn small_problems() -> anyhow::Result<Vec<Problem>> {
             }
         }
     }
+    for seed in 0..12_u64 {
+        for count in [1, 4, 20] {
+            let model = generate::random_mechanism(count, false, seed)?;
+            let name = format!("mechanism of {count} seed {seed}");
+            problems.push(Problem::with_rotors(name, model, seed)?);
+        }
+    }
     Ok(problems)
 }
 
@@ -110,6 +129,11 @@ fn large_problems() -> anyhow::Result<Vec<Problem>> {
                 let name = format!("{count} mixed, reach {reach}, seed {seed}");
                 problems.push(Problem::new(name, model, seed)?);
             }
+        }
+        for seed in 0..4 {
+            let model = generate::random_mechanism(count, false, seed)?;
+            let name = format!("mechanism of {count}, seed {seed}");
+            problems.push(Problem::with_rotors(name, model, seed)?);
         }
         let chain = generate::random_chain(count, &Rod::default(), 1)?;
         problems.push(Problem::new(format!("chain of {count}"), chain, 1)?);
@@ -148,7 +172,8 @@ pub fn joint_torque_residual(solver: &dyn Solver) -> Outcome {
             let moved: f64 = (0..qdd.len())
                 .map(|j| mass[(i, j)].abs() * qdd[j].abs())
                 .sum();
-            let scale = unit * (moved + bias[i].abs());
+            let own = forces.joint_inertia.get(i).copied().unwrap_or(0.0);
+            let scale = unit * (moved + own * qdd[i].abs() + bias[i].abs());
             worst = worst_of(worst, (forces.joint[i] - tau[i]).abs() / scale);
         }
         figures.push(Figure::new(name.clone(), worst, 8.0));
@@ -218,7 +243,10 @@ pub fn aba_against_crba() -> Outcome {
         let mut workspace = Workspace::new(model, Precision::F64);
         let recursive = aba(model, state, forces, &mut workspace)?.to_vec();
         let dense = crba_forward_dynamics(model, state, forces, &mut workspace)?;
-        let mass = crba(model, state, &mut workspace)?;
+        let mut mass = crba(model, state, &mut workspace)?.to_owned();
+        for (dof, own) in forces.joint_inertia.iter().enumerate() {
+            mass[(dof, dof)] += own;
+        }
         let values = mass
             .self_adjoint_eigenvalues(faer::Side::Lower)
             .map_err(|error| anyhow::anyhow!("eigenvalues: {error:?}"))?;

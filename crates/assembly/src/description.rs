@@ -1,6 +1,6 @@
 //! Plain data from which a [`Model`] is built, and into which it is saved.
 
-use crate::{Joint, MassProperties, Model, ModelError};
+use crate::{Compound, Joint, MassProperties, Model, ModelError};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use vertebra_spatial::Pose;
@@ -89,21 +89,18 @@ impl ModelDescription {
         self
     }
 
-    /// Adds a body; `parent` is the name of another body, or none for the world.
+    /// Adds a body; `parent` is the name of another body, or none for the world. A [`Compound`] joint
+    /// adds bodies without mass before it.
     #[must_use]
     pub fn body(
         mut self,
         name: impl Into<String>,
         parent: Option<&str>,
-        joint: Joint,
+        joint: impl Into<Compound>,
         mass: MassProperties,
     ) -> Self {
-        self.bodies.push(BodyDescription {
-            name: name.into(),
-            parent: parent.map(str::to_owned),
-            joint,
-            mass,
-        });
+        let bodies = joint.into().bodies(name.into(), parent, mass);
+        self.bodies.extend(bodies);
         self
     }
 

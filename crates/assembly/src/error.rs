@@ -144,6 +144,14 @@ pub enum ModelError {
         /// The number.
         value: f64,
     },
+    /// A spring whose rest is no position of its joint.
+    #[error(
+        "the spring in the joint of body `{body}` has a rest that is no position of this joint: a joint of one freedom takes a number (`Spring::at`), a spherical one an orientation (`Spring::turned`), others none"
+    )]
+    UnsuitedSpring {
+        /// The body whose joint it is.
+        body: String,
+    },
     /// An inertia matrix that is not symmetric.
     #[error(
         "the inertia of body `{body}` is not symmetric; give the matrix about the centre of mass"
@@ -209,6 +217,7 @@ impl ModelError {
             Self::ZeroAxis { body }
             | Self::MasslessBody { body }
             | Self::EmptyRange { body, .. }
+            | Self::UnsuitedSpring { body }
             | Self::Negative { body, .. } => (Some(body), true),
             Self::NonFinite {
                 quantity, element, ..

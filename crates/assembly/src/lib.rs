@@ -15,7 +15,9 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
+mod compound;
 mod description;
+mod element;
 mod error;
 pub mod generate;
 mod joint;
@@ -34,7 +36,9 @@ mod validate;
 #[cfg(feature = "xml")]
 pub mod xml;
 
+pub use compound::Compound;
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
+pub use element::{Rest, Spring, Stop};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};
 pub use location::{Ignored, Location};

@@ -99,6 +99,9 @@ fn resists(cluster: &MassProperties, kind: &JointKind) -> bool {
         JointKind::Fixed => true,
         JointKind::Revolute { axis } => axis.dot(about * axis) > floor,
         JointKind::Prismatic { .. } => cluster.mass > 0.0,
+        JointKind::Screw { axis, pitch } => {
+            axis.dot(about * axis) + cluster.mass * pitch * pitch > floor
+        }
         JointKind::Spherical => pivots_exceed(&about, floor),
         JointKind::Free => cluster.mass > 0.0 && pivots_exceed(&cluster.inertia, floor),
     }
@@ -119,6 +122,18 @@ fn gives_way(further: &JointKind, place: &Seat, carrying: &JointKind) -> bool {
             is_parallel(axis, other) && is_met_by(axis)
         }
         (JointKind::Revolute { axis }, JointKind::Spherical) => is_met_by(axis),
+        (
+            JointKind::Screw { axis, pitch },
+            JointKind::Screw {
+                axis: other,
+                pitch: further,
+            },
+        ) => {
+            // A thread has the same hand seen from either end.
+            is_parallel(axis, other)
+                && is_met_by(axis)
+                && (pitch - further).abs() <= COAXIAL * (pitch.abs() + further.abs())
+        }
         (JointKind::Prismatic { axis }, JointKind::Prismatic { axis: other }) => {
             is_parallel(axis, other)
         }

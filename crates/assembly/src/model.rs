@@ -33,7 +33,7 @@ pub struct Model {
     inner: Arc<Inner>,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Inner {
     name: String,
     gravity: DVec3,
@@ -173,10 +173,39 @@ impl Model {
         Arc::ptr_eq(&self.inner, &other.inner)
     }
 
-    /// What the model states that this version does not simulate: limits, damping, friction, mimics.
+    /// What the model states that this version does not simulate: largest speeds, mimics, and elements in
+    /// joints that cannot have them.
     #[must_use]
     pub fn not_simulated(&self) -> Vec<NotSimulated> {
         NotSimulated::of_bodies(&self.inner.bodies)
+    }
+
+    /// The first body whose joint has elements that act of their own accord: range, damping, friction,
+    /// rotor or spring.
+    #[must_use]
+    pub fn first_element(&self) -> Option<BodyId> {
+        let has = |body: &Body| body.joint.has_elements();
+        self.bodies().iter().position(has).map(body_id)
+    }
+
+    /// The same model without elements in its joints: bodies, and the motions that joints allow.
+    #[must_use]
+    pub fn bare(&self) -> Self {
+        let mut inner = Inner::clone(&self.inner);
+        for body in &mut inner.bodies {
+            let Joint {
+                kind,
+                parent_placement,
+                child_placement,
+                ..
+            } = body.joint;
+            body.joint = Joint::new(kind)
+                .at(parent_placement)
+                .on_child(child_placement);
+        }
+        Self {
+            inner: Arc::new(inner),
+        }
     }
 
     /// The model as plain data.

@@ -1,7 +1,9 @@
 //! Checks of a model description, each ending in an error that names the culprit.
 
 use crate::description::MODEL_VERSION;
-use crate::{Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError};
+use crate::{
+    Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest, Spring, Stop,
+};
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -166,13 +168,17 @@ fn body_on_cycle(
 }
 
 fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
-    if let JointKind::Revolute { axis } | JointKind::Prismatic { axis } = joint.kind {
+    if let Some(axis) = joint.kind.axis() {
         finite_vector("joint axis", body, axis)?;
         if axis == DVec3::ZERO {
             return Err(ModelError::ZeroAxis {
                 body: body.to_owned(),
             });
         }
+    }
+    if let JointKind::Screw { pitch, .. } = joint.kind {
+        finite("joint pitch", body, pitch)?;
+        not_absurd("joint pitch", body, pitch.abs())?;
     }
     check_placement(
         "joint placement on the parent",
@@ -182,6 +188,11 @@ fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
     check_placement("joint placement on the body", body, &joint.child_placement)?;
     not_negative("joint damping", body, joint.damping)?;
     not_negative("joint friction", body, joint.friction)?;
+    not_negative("joint armature", body, joint.armature)?;
+    if let Some(spring) = &joint.spring {
+        check_spring(body, joint.kind, spring)?;
+    }
+    check_stop(body, &joint.stop)?;
     if let Some(limits) = &joint.limits {
         check_limits(body, limits)?;
     }
@@ -211,6 +222,47 @@ fn check_limits(body: &str, limits: &JointLimits) -> Result<(), ModelError> {
         not_negative(quantity, body, limit.unwrap_or(0.0))?;
     }
     Ok(())
+}
+
+fn check_spring(body: &str, kind: JointKind, spring: &Spring) -> Result<(), ModelError> {
+    not_negative("joint stiffness", body, spring.stiffness)?;
+    let suits = match (kind.dof_count(), spring.rest) {
+        (1, Rest::Position(rest)) => {
+            finite("joint rest position", body, rest)?;
+            true
+        }
+        (3, Rest::Orientation(rest)) => {
+            let pose = Pose::new(rest, DVec3::ZERO);
+            check_placement("joint rest orientation", body, &pose)?;
+            true
+        }
+        _ => false,
+    };
+    if suits {
+        return Ok(());
+    }
+    Err(ModelError::UnsuitedSpring {
+        body: body.to_owned(),
+    })
+}
+
+fn check_stop(body: &str, stop: &Stop) -> Result<(), ModelError> {
+    match *stop {
+        Stop::Hard { restitution } => {
+            not_negative("joint restitution", body, restitution)?;
+            if restitution > 1.0 {
+                return Err(ModelError::BadParameter {
+                    parameter: "the restitution of a joint's stop",
+                    requirement: "between 0 and 1",
+                });
+            }
+            Ok(())
+        }
+        Stop::Soft { stiffness, damping } => {
+            not_negative("joint stop stiffness", body, stiffness)?;
+            not_negative("joint stop damping", body, damping)
+        }
+    }
 }
 
 fn not_negative(quantity: &'static str, body: &str, value: f64) -> Result<(), ModelError> {
@@ -316,7 +368,7 @@ fn finite_vector(quantity: &'static str, element: &str, v: DVec3) -> Result<(), 
 
 /// Axes of unit length, quaternions too.
 pub(crate) fn normalized(mut joint: Joint) -> Joint {
-    if let JointKind::Revolute { axis } | JointKind::Prismatic { axis } = &mut joint.kind {
+    if let Some(axis) = joint.kind.axis_mut() {
         // An axis may be as short as 1e-200: bring it near 1 before it is squared.
         let scaled = *axis / axis.abs().max_element();
         // One that is of unit length to rounding already stays as it is written.

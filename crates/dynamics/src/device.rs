@@ -65,7 +65,7 @@ impl Device {
     /// The most capable GPU, or the one that the environment variable `VERTEBRA_ADAPTER` names.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where there is none, or it refuses; without the feature `gpu`,
+    /// `Error::Gpu` where there is none, or it refuses; without the feature `gpu`,
     /// [`Error::GpuNotBuilt`].
     pub fn auto() -> Result<Self, Error> {
         #[cfg(feature = "gpu")]

@@ -57,6 +57,46 @@ pub enum Error {
         /// The number.
         value: f64,
     },
+    /// A motor on a joint that has none or several freedoms.
+    #[error(
+        "the joint of body `{body}` has not one freedom, so no motor drives it: put motors on revolute, prismatic or screw joints, and use joint forces on others"
+    )]
+    NoMotor {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// A motor with an impossible number.
+    #[error(
+        "{quantity} in the joint of body `{body}` is {value}: give a finite number, gains and limits not below zero"
+    )]
+    BadMotor {
+        /// The body whose joint it is.
+        body: String,
+        /// Which number.
+        quantity: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// Elements whose forces jump, in an integrator that takes them as smooth.
+    #[error(
+        "the joint of body `{body}` has friction or a hard stop, whose forces jump, and {integrator:?} steps take forces as smooth: choose SemiImplicitEuler, a soft stop, or a model without them (`Model::bare`)"
+    )]
+    RoughElement {
+        /// The body whose joint it is.
+        body: String,
+        /// The integrator.
+        integrator: crate::Integrator,
+    },
+    /// A step back in time with elements in the joints.
+    #[error(
+        "a step of {step} s with springs, dampers or motors in joints, such as that of `{body}`: their steps are implicit and go forward only; give a positive step, or a model without them (`Model::bare`)"
+    )]
+    StepBack {
+        /// The first body with such a joint.
+        body: String,
+        /// Length of the step \[s\].
+        step: f64,
+    },
     /// The inertia that a joint moves vanishes in this position and precision.
     #[error(
         "the joint of body `{body}` moves no inertia in this position, to working precision: give the body more inertia, avoid aligned joint axes, or compute in f64"
@@ -136,6 +176,16 @@ pub enum Error {
         dofs: usize,
         /// The pivot that is not positive.
         pivot: usize,
+    },
+    /// Points that cannot accelerate in every direction have no operational-space inertia.
+    #[error(
+        "the points have no operational-space inertia: that of body `{body}` cannot accelerate in direction {direction} (0 to 2 turn about x, y, z, 3 to 5 move along) independently of the others; ask for the inverse, or for fewer points"
+    )]
+    SingularOperationalInertia {
+        /// The body whose point it is.
+        body: String,
+        /// The first direction that depends on those before.
+        direction: usize,
     },
     /// A dense matrix that is too large, or for which there is no memory.
     #[error(
@@ -223,6 +273,24 @@ pub enum Error {
         /// The integrator.
         integrator: crate::Integrator,
     },
+    /// A joint that no kernel computes.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "the joint of body `{body}` is a screw, which is not computed on a GPU: simulate the model on the CPU"
+    )]
+    JointUnavailable {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// An element in a joint that no kernel computes.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "the joint of body `{body}` has a range, damping, friction, a rotor or a spring, which are not computed on a GPU: simulate the model on the CPU, or without all of these (`Model::bare`)"
+    )]
+    ElementUnavailable {
+        /// The body whose joint it is.
+        body: String,
+    },
     /// Another number of states or forces than a batch has items.
     #[cfg(feature = "gpu")]
     #[error("the batch has {expected} items, {given} were given: give one for each")]
@@ -233,7 +301,6 @@ pub enum Error {
         given: usize,
     },
     /// What simulations on a GPU do not do.
-    #[cfg(feature = "gpu")]
     #[error("{what} is not available on a GPU: {remedy}")]
     UnavailableOnGpu {
         /// What was asked for.
@@ -242,13 +309,11 @@ pub enum Error {
         remedy: &'static str,
     },
     /// A GPU asked of a build that has none.
-    #[cfg(not(feature = "gpu"))]
     #[error(
         "this build does not compute on a GPU: enable the feature `gpu`, or use `Device::cpu()`"
     )]
     GpuNotBuilt,
     /// A model that does not fit a device.
-    #[cfg(feature = "gpu")]
     #[error(
         "a model of {bodies} bodies needs more than the device's {limit} = {available}: one like it of {fit} bodies fits; make several models, or simulate on the CPU"
     )]

@@ -12,6 +12,12 @@ pub struct Forces {
     /// Joint forces [N m or N], shape [`Model::dof_count`]; free and spherical joints in the axes of
     /// their rates.
     pub joint: Vec<f64>,
+    /// Inertia E that freedoms have of their own and that moves with nothing but the joint
+    /// [kg m^2 or kg]: that of a rotor, or what an implicit step adds ([`Elements`](crate::Elements)).
+    /// The equations of motion are (M + E) qdd = tau - h. Empty for none, else shape
+    /// [`Model::dof_count`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint_inertia: Vec<f64>,
     external: Vec<(BodyId, Wrench)>,
     /// What another gravity than the model's adds, body by body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -24,6 +30,7 @@ impl Forces {
     pub fn none(model: &Model) -> Self {
         Self {
             joint: vec![0.0; model.dof_count()],
+            joint_inertia: Vec::new(),
             external: Vec::new(),
             weights: Vec::new(),
         }
@@ -32,6 +39,11 @@ impl Forces {
     /// Lets a force act on a body, beside those that act already.
     pub fn push(&mut self, body: BodyId, wrench: Wrench) {
         self.external.push((body, wrench));
+    }
+
+    /// Takes the external forces of others.
+    pub(crate) fn set_external(&mut self, other: &Self) {
+        self.external.clone_from(&other.external);
     }
 
     /// Takes all external forces away.
@@ -106,12 +118,33 @@ impl Forces {
         self.external.iter().chain(&self.weights)
     }
 
+    /// Inertia of a freedom's own [kg m^2 or kg].
+    pub(crate) fn inertia(&self, dof: usize) -> f64 {
+        self.joint_inertia.get(dof).copied().unwrap_or(0.0)
+    }
+
     /// Checks lengths, bodies and finiteness.
     ///
     /// # Errors
     /// [`Error`], naming the first number that is wrong.
     pub fn check(&self, model: &Model) -> Result<(), Error> {
         check_dofs(model, "joint forces", "joint force", &self.joint)?;
+        if !self.joint_inertia.is_empty() {
+            check_dofs(
+                model,
+                "joint inertias",
+                "joint inertia",
+                &self.joint_inertia,
+            )?;
+            let negative = |&inertia: &f64| inertia < 0.0;
+            if let Some(dof) = self.joint_inertia.iter().position(negative) {
+                return Err(Error::Model(ModelError::Negative {
+                    quantity: "joint inertia",
+                    body: body_of_dof(model, dof),
+                    value: self.joint_inertia[dof],
+                }));
+            }
+        }
         for (id, wrench) in self.acting() {
             let body = known(model, *id)?;
             for (quantity, v) in [

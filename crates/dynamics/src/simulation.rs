@@ -8,8 +8,9 @@ mod remote;
 pub use poses::PendingPoses;
 
 use crate::{
-    BodyMotion, Choice, Device, Error, Forces, Integrator, Mechanics, Monitor, Precision, Solver,
-    SolverOptions, Workspace, aba, body_poses, forward_kinematics, joint_wrenches, mechanics,
+    BodyMotion, Choice, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor, Motor,
+    Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses, forward_kinematics,
+    joint_wrenches, mechanics,
 };
 use host::Host;
 use poses::Inner;
@@ -36,6 +37,8 @@ pub struct Simulation {
     runs: Runs,
     /// For kinematics and [`solve`](Self::solve), if the solver's own memory does not serve.
     workspace: Option<Workspace>,
+    /// What acts in the joints; none until there is anything.
+    elements: Option<Box<Elements>>,
     monitor: Option<Monitor>,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
@@ -63,10 +66,32 @@ impl Simulation {
     /// f64, on a GPU by divide and conquer in f64 with joins in f32, or all in f32 where it has no f64.
     ///
     /// # Errors
-    /// On a GPU, [`Error::ModelTooLarge`] and [`Error::Gpu`].
+    /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`.
     pub fn on(device: &Device, model: Model) -> Result<Self, Error> {
         let (runs, choice) = Runs::on(device, &model)?;
-        Ok(Self {
+        Ok(Self::from_parts(model, runs, choice))
+    }
+
+    /// A simulation on a GPU with options that are a GPU's alone, corrections of every solution among them.
+    ///
+    /// # Errors
+    /// As [`gpu::Simulation::on`](crate::gpu::Simulation::on).
+    #[cfg(feature = "gpu")]
+    pub fn on_gpu(
+        device: &vertebra_gpu::Device,
+        model: Model,
+        options: &crate::gpu::Options,
+    ) -> Result<Self, Error> {
+        let expected = Choice::with_gpu(&model, device, options)?;
+        let (runs, choice) = Runs::on_gpu(device, &model, options, (expected, true))?;
+        let simulation = Self::from_parts(model, runs, choice);
+        Ok(simulation.with_integrator(options.integrator))
+    }
+
+    fn from_parts(model: Model, runs: Runs, choice: Choice) -> Self {
+        let elements = Elements::new(&model);
+        Self {
+            elements: (!elements.is_idle()).then(|| Box::new(elements)),
             state: State::neutral(&model),
             forces: Forces::none(&model),
             integrator: Integrator::default(),
@@ -77,7 +102,7 @@ impl Simulation {
             posed: false,
             poses: Vec::new(),
             model,
-        })
+        }
     }
 
     /// Chooses the integrator. Of one that a GPU does not have the first step tells.
@@ -182,7 +207,7 @@ impl Simulation {
     /// The state, which is read back from a GPU if it has moved on.
     ///
     /// # Errors
-    /// On a GPU, [`Error::Gpu`].
+    /// On a GPU, `Error::Gpu`.
     pub fn state(&mut self) -> Result<&State, Error> {
         self.fetch_state()?;
         Ok(&self.state)
@@ -192,7 +217,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::Model`] if it does not fit the model; on a GPU, [`Error::Overflow`] if it does not fit
-    /// the precision, and [`Error::Gpu`]. Then the old one is kept.
+    /// the precision, and `Error::Gpu`. Then the old one is kept.
     pub fn set_state(&mut self, state: State) -> Result<(), Error> {
         state.check(&self.model)?;
         #[cfg(feature = "gpu")]
@@ -219,7 +244,48 @@ impl Simulation {
         &mut self.forces
     }
 
-    /// Moves on by `h` \[s\]; a negative step goes back in time.
+    /// Sets the motor of a body's joint. Nothing is allocated but by the first motor of a model without
+    /// elements.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; on a GPU
+    /// [`Error::UnavailableOnGpu`]. The motor is then as it was.
+    pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
+        #[cfg(feature = "gpu")]
+        if matches!(self.runs, Runs::Gpu(_)) {
+            return Err(Error::UnavailableOnGpu {
+                what: "a motor in a joint",
+                remedy: "set a joint force, or simulate on `Device::cpu()`",
+            });
+        }
+        let elements = (self.elements).get_or_insert_with(|| Elements::new(&self.model).into());
+        elements.set_motor(body, motor)
+    }
+
+    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        (self.elements.as_ref()).map_or_else(Work::default, |elements| *elements.work())
+    }
+
+    /// Energy that springs and rotors hold.
+    ///
+    /// # Errors
+    /// None: the state fits the model.
+    pub fn stored(&self) -> Result<Stored, Error> {
+        match &self.elements {
+            Some(elements) => elements.stored(&self.state),
+            None => Ok(Stored::default()),
+        }
+    }
+
+    /// What acts in the joints; none where nothing does.
+    #[must_use]
+    pub fn elements(&self) -> Option<&Elements> {
+        self.elements.as_deref()
+    }
+
+    /// Moves on by `h` \[s\]; a negative step goes back in time, unless there are elements in joints.
     ///
     /// # Errors
     /// [`Error`]; the state is then as it was.
@@ -250,7 +316,8 @@ impl Simulation {
             Runs::Host(host) => {
                 for step in 0..count {
                     let (model, state, forces) = (&self.model, &mut self.state, &self.forces);
-                    host.step(model, state, forces, how, &mut self.monitor)
+                    let acting = (forces, self.elements.as_deref_mut());
+                    host.step(model, state, acting, how, &mut self.monitor)
                         .map_err(|source| Error::Step {
                             step,
                             count,
@@ -267,7 +334,7 @@ impl Simulation {
     /// Where a body is in the world.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::UnknownBody`]; on a GPU, `Error::Gpu`.
     pub fn pose(&mut self, body: BodyId) -> Result<Pose, Error> {
         self.posed_workspace()?.pose(body)
     }
@@ -275,7 +342,7 @@ impl Simulation {
     /// Where all bodies are in the world, in the model's order.
     ///
     /// # Errors
-    /// [`Error::Overflow`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::Overflow`]; on a GPU, `Error::Gpu`.
     pub fn poses(&mut self) -> Result<&[Pose], Error> {
         #[cfg(feature = "gpu")]
         if let Runs::Gpu(remote) = &mut self.runs {
@@ -337,7 +404,7 @@ impl Simulation {
     /// How fast a body moves.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::UnknownBody`]; on a GPU, `Error::Gpu`.
     pub fn velocity(&mut self, body: BodyId) -> Result<BodyMotion, Error> {
         self.posed_workspace()?.velocity(body)
     }
@@ -355,7 +422,7 @@ impl Simulation {
 
     /// Solves the dynamics of the current state under the current forces, always by the
     /// articulated-body algorithm on the CPU, and gives the workspace to read from: joint and body
-    /// accelerations, joint wrenches, poses and velocities.
+    /// accelerations, joint wrenches, poses and velocities. Elements act as they do now, without a step.
     ///
     /// # Errors
     /// [`Error`] as for a step.
@@ -363,7 +430,11 @@ impl Simulation {
         self.fetch_state()?;
         self.posed = false;
         let workspace = self.runs.workspace(&self.model, &mut self.workspace);
-        aba(&self.model, &self.state, &self.forces, workspace)?;
+        let forces = match &mut self.elements {
+            Some(elements) => elements.load(&self.state, &self.forces, 0.0)?,
+            None => &self.forces,
+        };
+        aba(&self.model, &self.state, forces, workspace)?;
         joint_wrenches(workspace)?;
         body_poses(workspace)?;
         self.posed = true;
@@ -373,7 +444,7 @@ impl Simulation {
     /// Energies, momenta and centre of mass.
     ///
     /// # Errors
-    /// [`Error::Overflow`]; on a GPU, [`Error::Gpu`].
+    /// [`Error::Overflow`]; on a GPU, `Error::Gpu`.
     pub fn mechanics(&mut self) -> Result<Mechanics, Error> {
         self.fetch_state()?;
         self.posed = false;
@@ -414,13 +485,9 @@ impl Runs {
         if let Some(gpu) = device.gpu() {
             let options = crate::gpu::Options::default();
             let expected = Choice::with_gpu(model, gpu, &options)?;
-            if !device.is_where_faster() || expected.on_gpu {
-                let remote = Remote::new(gpu, model, &options)?;
-                let choice = remote.choice(Choice {
-                    forced: !device.is_where_faster(),
-                    ..expected
-                });
-                return Ok((Self::Gpu(Box::new(remote)), choice));
+            let forced = !device.is_where_faster();
+            if forced || expected.on_gpu {
+                return Self::on_gpu(gpu, model, &options, (expected, forced));
             }
             gpu_s = expected.gpu_s;
         }
@@ -432,6 +499,18 @@ impl Runs {
             ..*solver.choice()
         };
         Ok((Self::Host(Box::new(Host::new(model, solver))), choice))
+    }
+
+    #[cfg(feature = "gpu")]
+    fn on_gpu(
+        device: &vertebra_gpu::Device,
+        model: &Model,
+        options: &crate::gpu::Options,
+        (expected, forced): (Choice, bool),
+    ) -> Result<(Self, Choice), Error> {
+        let remote = Remote::new(device, model, options)?;
+        let choice = remote.choice(Choice { forced, ..expected });
+        Ok((Self::Gpu(Box::new(remote)), choice))
     }
 
     /// The solver's own workspace or, if it has none, another, made when first asked for.

@@ -224,6 +224,34 @@ fn refusals_leave_the_state() {
     }
 }
 
+/// What only a GPU is asked for has a door of its own: corrections of every solution.
+#[test]
+fn solutions_on_a_gpu_are_corrected() {
+    let Some(device) = gpu().filter(has_f64) else {
+        return;
+    };
+    let model = generate::random_chain(200, &Rod::default(), 3).unwrap();
+    let state = State::random(&model, 4);
+    let mut exact = Simulation::new(model.clone()).unwrap();
+    exact.set_state(state.clone()).unwrap();
+    exact.step(1e-4).unwrap();
+    let exact = exact.state().unwrap().qd.clone();
+    let error = |sweeps| {
+        let options = vertebra_dynamics::gpu::Options {
+            sweeps,
+            ..Default::default()
+        };
+        let gpu = device.gpu().unwrap();
+        let mut simulation = Simulation::on_gpu(gpu, model.clone(), &options).unwrap();
+        simulation.set_state(state.clone()).unwrap();
+        simulation.step(1e-4).unwrap();
+        let off = simulation.state().unwrap().qd.iter().zip(&exact);
+        off.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()))
+    };
+    let (once, plain) = (error(1), error(0));
+    assert!(once < 1e-2 * plain && plain > 0.0, "{once:e} {plain:e}");
+}
+
 /// A failing step is told alike: which of how many, why, and the state before it stays.
 #[test]
 fn failing_steps_are_told_alike() {

@@ -3,11 +3,11 @@
 #![cfg(feature = "gpu")]
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
-use glam::{DMat3, DVec3};
-use vertebra_assembly::generate::{self, RandomTree};
-use vertebra_assembly::{
-    BodyId, Joint, MassProperties, Model, ModelDescription, ModelError, Random, State,
-};
+mod problems;
+
+use glam::DVec3;
+use problems::{problem, wrist};
+use vertebra_assembly::{BodyId, ModelError, State, generate};
 use vertebra_dynamics::gpu::{Batch, BatchOptions};
 use vertebra_dynamics::{
     Algorithm, Error, Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba,
@@ -34,34 +34,6 @@ fn options(precision: Precision, lanes: u32) -> BatchOptions {
         lanes: Some(lanes),
         ..BatchOptions::default()
     }
-}
-
-/// All kinds of joints, several trees, forces of all kinds on some items.
-fn problem(bodies: usize, items: usize, seed: u64) -> (Model, Vec<State>, Vec<Forces>) {
-    let tree = RandomTree {
-        floating: seed % 2 == 1,
-        articulations: 1 + bodies % 3,
-        ..RandomTree::mixed(bodies)
-    };
-    let model = generate::random_tree(&tree, seed).unwrap();
-    let mut random = Random::new(seed);
-    let bodies: Vec<_> = model.body_ids().collect();
-    let states = (0..items as u64)
-        .map(|item| State::random(&model, 100 * seed + item))
-        .collect();
-    let forces = (0..items).map(|item| {
-        let mut forces = Forces::none(&model);
-        forces.joint.fill_with(|| random.symmetric());
-        for _ in 0..item % 3 {
-            let mut wrench = Wrench::at_point(random.direction() * 3.0, random.direction())
-                .with_torque(random.direction());
-            wrench.body_axes = item % 2 == 0;
-            forces.push(bodies[random.below(bodies.len())], wrench);
-        }
-        forces
-    });
-    let forces = forces.collect();
-    (model, states, forces)
 }
 
 /// The error against the reference is that of the CPU's recursion, which tells the condition, times some
@@ -192,34 +164,14 @@ fn steps_and_poses_follow_the_host() {
     }
 }
 
-/// A wrist whose outer axes are parallel in one state alone, where the body between moves nothing.
-fn wrist() -> (Model, Vec<State>) {
-    let with_inertia = |inertia| MassProperties {
-        mass: 1.0,
-        center: DVec3::ZERO,
-        inertia: DMat3::from_diagonal(DVec3::splat(inertia)),
-    };
-    let (arm, light) = (with_inertia(1.0), with_inertia(1e-19));
-    let model = ModelDescription::new("wrist")
-        .body("arm", None, Joint::revolute(DVec3::Y), arm)
-        .body("first", Some("arm"), Joint::revolute(DVec3::X), light)
-        .body("second", Some("first"), Joint::revolute(DVec3::Z), light)
-        .body("hand", Some("second"), Joint::revolute(DVec3::X), arm)
-        .build()
-        .unwrap();
-    let mut states = vec![State::neutral(&model); 40];
-    for (item, state) in states.iter_mut().enumerate() {
-        state.q[2] = if item == 36 { 0.0 } else { 1.0 };
-        state.qd = vec![0.5, 0.0, 0.0, 0.25];
-        state.time = 5.0;
-    }
-    (model, states)
-}
-
 #[test]
 fn a_singular_item_is_named_and_stands_still() {
     let Some(device) = device() else { return };
-    let (model, states) = wrist();
+    let (model, mut states) = wrist(40, 36);
+    for state in &mut states {
+        state.qd = vec![0.5, 0.0, 0.0, 0.25];
+        state.time = 5.0;
+    }
     for precision in precisions(&device) {
         let mut batch = Batch::new(&device, &model, states.len(), &options(precision, 1)).unwrap();
         batch.set_states(&states).unwrap();

@@ -262,7 +262,7 @@ fn corrected_steps() {
             cpu.step(1e-4).unwrap();
         }
         let found = gpu.state().unwrap().qd;
-        let expected = &cpu.state().qd;
+        let expected = &cpu.state().unwrap().qd;
         let largest = expected.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
         for (a, b) in found.iter().zip(expected) {
             let error = (a - b).abs() / largest;

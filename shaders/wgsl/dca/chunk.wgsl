@@ -261,11 +261,13 @@ fn assemble_chunk(chunk: u32) {
             part = referred(part, get_placed(slot_at(slots, length)).offset);
         }
     }
-    var next = spot_at(slots, length - 1u);
+    var next = spot_of(slot_ahead(slots, length - 1u));
+    var ahead = slot_ahead(slots, length - 2u);
     for (var i = 0u; i < length; i++) {
         let place = length - 1u - i;
         let spot = next;
-        next = spot_at(slots, place - 1u);
+        next = spot_of(ahead);
+        ahead = slot_ahead(slots, place - 2u);
         let slot = spot.slot;
         let flags = spot.flags;
         let placed = get_placed(slot);

@@ -1,8 +1,39 @@
-// Joins, up: twelve of a team's lanes own a column each of Y_A and Y_B, another one y; all factor G by
-// themselves, so that none waits for another. Of the whole each then computes a row.
+// Joins, up: 16 lanes each, of which twelve own a column each of Y_A and Y_B, another one y; all factor G by
+// themselves, so that none waits for another.
 
 // Rounding of the tree as multiples of rounding of the chunks.
 override COARSER: f32 = 1.0;
+
+const NODE_NUMBERS = 4u * NODE_SIZE;
+// Starts of the parts of a node.
+const B1 = 36u;
+const B2 = 42u;
+const PHI11 = 48u;
+const PHI22 = 69u;
+
+// Columns of Y_A, Y_B, and y.
+const COLUMNS = 13u;
+const COLUMN_NUMBERS = 80u;
+
+// Both parts' nodes, of which the first becomes the whole's, and columns.
+var<workgroup> inboard_node: array<real, NODE_NUMBERS * JOINS>;
+var<workgroup> outboard_node: array<real, NODE_NUMBERS * JOINS>;
+var<workgroup> columns: array<real, COLUMN_NUMBERS * JOINS>;
+
+fn inboard3(at: u32) -> vec3<real> {
+    return vec3<real>(inboard_node[at], inboard_node[at + 1u], inboard_node[at + 2u]);
+}
+
+fn outboard3(at: u32) -> vec3<real> {
+    return vec3<real>(outboard_node[at], outboard_node[at + 1u], outboard_node[at + 2u]);
+}
+
+fn column(at: u32) -> Force {
+    return Force(
+        vec3<real>(columns[at], columns[at + 1u], columns[at + 2u]),
+        vec3<real>(columns[at + 3u], columns[at + 4u], columns[at + 5u]),
+    );
+}
 
 // Phi22 of the inboard part and Phi11 of the outboard one.
 fn between(place: u32) -> Inertia {
@@ -31,17 +62,13 @@ fn lower_at(row: u32, other: u32) -> u32 {
 }
 
 // One join of each team, or none; all lanes of the workgroup come here.
-fn go_up_join(join: u32, has_join: bool, lane: u32) {
+fn go_up_join(seam: Seam, has_join: bool, lane: u32) {
     let place = lane / TEAM;
     let own = lane % TEAM;
     let first = NODE_NUMBERS * place;
-    // What is needed later, so that it is there by then.
-    let head = join_word(join, HEAD);
-    let rake = join_word(join, JOIN_RAKE);
-    let cut = join_word(join, CUT);
     if has_join {
-        let a = node_at(join_word(join, INBOARD_NODE));
-        let b = node_at(join_word(join, OUTBOARD_NODE));
+        let a = node_at(seam.inboard);
+        let b = node_at(seam.outboard);
         for (var i = own; i < NODE_SIZE; i += TEAM) {
             let v = vec4<real>(nodes[a + i]);
             let w = vec4<real>(nodes[b + i]);
@@ -61,7 +88,7 @@ fn go_up_join(join: u32, has_join: bool, lane: u32) {
     // Column 0 to 5 of Phi21 of the inboard part, 6 to 11 of Phi12 of the outboard one, or the bias.
     var factor: Cholesky6;
     var y = force_zero();
-    let first_column = COLUMNS * place;
+    let first_column = COLUMN_NUMBERS * place;
     if has_join {
         factor = cholesky6(between(place), 0.0, 0.0);
         if own < 6u {
@@ -80,7 +107,7 @@ fn go_up_join(join: u32, has_join: bool, lane: u32) {
             );
         }
         y = lower6(factor, y);
-        if own < 13u {
+        if own < COLUMNS {
             let at = first_column + 6u * own;
             columns[at] = y.angular.x;
             columns[at + 1u] = y.angular.y;
@@ -92,41 +119,13 @@ fn go_up_join(join: u32, has_join: bool, lane: u32) {
     }
     workgroupBarrier();
 
-    let sign: real = select(real(-1.0), real(1.0), head != NONE);
-    if has_join && own < 6u {
-        let bias: real = force_dot(y, column(first_column + BIAS));
-        inboard_node[first + B1 + own] += sign * bias;
-        for (var i = 0u; i < 6u; i++) {
-            inboard_node[first + 6u * own + i] = force_dot(y, column(first_column + 36u + 6u * i));
-            if i <= own {
-                let product: real = force_dot(y, column(first_column + 6u * i));
-                inboard_node[first + PHI11 + lower_at(own, i)] += sign * product;
-            }
-        }
-    } else if has_join && own < 12u {
-        let row = own - 6u;
-        let bias: real = force_dot(y, column(first_column + BIAS));
-        inboard_node[first + B2 + row] = outboard_node[first + B2 + row] + bias;
-        for (var i = 0u; i < row + 1u; i++) {
-            let product: real = force_dot(y, column(first_column + 36u + 6u * i));
-            let at = first + PHI22 + lower_at(row, i);
-            inboard_node[at] = outboard_node[at] - product;
-        }
-    } else if has_join && own == 12u {
-        if !factor.positive {
-            fail(UNJOINED, cut);
-        }
-        let at = joined_at(join) + FACTOR;
-        let a = factor.angular;
-        let l = factor.linear;
-        let c = factor.coupling;
-        tree_put_vectors(at, a.inverse, a.lower, l.inverse, l.lower);
-        tree_put_vectors(at + 3u, c[0], c[1], c[2], zero3());
+    if has_join && own < COLUMNS {
+        multiply(first, first_column, own, y, seam.head != NONE);
     }
     workgroupBarrier();
 
     if has_join {
-        let to = node_at(sizes.chunk_nodes + join);
+        let to = node_at(sizes.chunk_nodes + seam.join);
         for (var i = own; i < NODE_SIZE; i += TEAM) {
             let at = first + 4u * i;
             tree_put(
@@ -137,22 +136,62 @@ fn go_up_join(join: u32, has_join: bool, lane: u32) {
                 inboard_node[at + 3u],
             );
         }
-        for (var i = own; i < FACTOR; i += TEAM) {
-            let at = first_column + 4u * i;
-            tree_put(
-                joined_at(join) + i,
-                columns[at],
-                columns[at + 1u],
-                columns[at + 2u],
-                columns[at + 3u],
-            );
-        }
-        if rake != NONE && own == 0u {
-            put_path_rake(rake, first);
+        if own < COLUMNS {
+            let solved = upper6(factor, y);
+            let at = joined_at(seam.join);
+            put_number(at, own, solved.angular.x);
+            put_number(at + ROW_SIZE, own, solved.angular.y);
+            put_number(at + 2u * ROW_SIZE, own, solved.angular.z);
+            put_number(at + 3u * ROW_SIZE, own, solved.linear.x);
+            put_number(at + 4u * ROW_SIZE, own, solved.linear.y);
+            put_number(at + 5u * ROW_SIZE, own, solved.linear.z);
+        } else if own == COLUMNS {
+            if !factor.positive {
+                fail(UNJOINED, cut_of(seam.join));
+            }
+            keep_factor(seam.join, factor);
+            if seam.rake != NONE {
+                put_path_rake(seam.rake, first);
+            }
         }
     }
     // Before the next joins take their places.
     workgroupBarrier();
+}
+
+// The products of all columns by two: a lane's with the six that follow, in a ring of thirteen, and with
+// itself, so that each pair is one lane's and all have the same number. They make up the whole's node.
+fn multiply(first: u32, first_column: u32, own: u32, y: Force, is_head: bool) {
+    let sign: real = select(real(-1.0), real(1.0), is_head);
+    for (var step = 0u; step < 7u; step++) {
+        let other = select(own + step, own + step - COLUMNS, own + step >= COLUMNS);
+        let z = column(first_column + 6u * other);
+        let product: real = dot(y.angular, z.angular) + dot(y.linear, z.linear);
+        let a = min(own, other);
+        let b = max(own, other);
+        let is_inboard = a < 6u;
+        var to: u32;
+        var factor: real = sign;
+        if b == 12u {
+            to = select(B2 + a - 6u, B1 + a, is_inboard);
+            factor = select(real(1.0), sign, is_inboard);
+        } else if is_inboard == (b < 6u) {
+            let i = select(b - 6u, b, is_inboard);
+            let k = select(a - 6u, a, is_inboard);
+            to = select(PHI22, PHI11, is_inboard) + i * (i + 1u) / 2u + k;
+            factor = select(real(-1.0), sign, is_inboard);
+        } else {
+            to = 6u * a + b - 6u;
+            factor = 1.0;
+        }
+        if a < 12u {
+            var before: real = select(outboard_node[first + to], inboard_node[first + to], is_inboard);
+            if to < B1 {
+                before = 0.0;
+            }
+            inboard_node[first + to] = before + factor * product;
+        }
+    }
 }
 
 // A path's inertia and bias force, for the body that carries it.

@@ -33,17 +33,14 @@ fn put_two(at: u32, stride: u32, v: Force) {
 // As chunks are given it.
 fn force_at(join: u32) -> Force { return fetch_two(kept_at() + join, sizes.joins); }
 
-// The first force, or what a correction adds.
-fn keep_force(join: u32, force: Force) {
-    let at = kept_at() + join;
-    var angular: vec4<chunk_real> = vec4<chunk_real>(vec4<real>(force.angular, 0.0));
-    var linear: vec4<chunk_real> = vec4<chunk_real>(vec4<real>(force.linear, 0.0));
+// A number of the first force, or of what a correction adds.
+fn keep_number(join: u32, own: u32, number: real) {
+    let at = kept_at() + join + own / 3u * sizes.joins;
+    var sum = chunk_real(number);
     if layer.sweep > 0u {
-        angular += scratch[at];
-        linear += scratch[at + sizes.joins];
+        sum += scratch[at][own % 3u];
     }
-    scratch[at] = angular;
-    scratch[at + sizes.joins] = linear;
+    scratch[at][own % 3u] = sum;
 }
 
 // The acceleration of a cut body, as the chunk on one side has it.
@@ -81,6 +78,41 @@ fn hanging_again(head: u32, carrier: u32) -> Force {
     }
     let moved = fetch_two(moved_at() + carrier, sizes.slots);
     return seen_from(head, moved.angular, moved.linear);
+}
+
+// Changes of nodes, then factors of joins, behind the forces that act in these.
+const CHANGE_SIZE = 3u;
+const FACTOR_SIZE = 6u;
+
+fn change_at(node: u32) -> u32 { return acting_at(sizes.joins) + CHANGE_SIZE * node; }
+
+fn factor_at(join: u32) -> u32 {
+    return change_at(sizes.chunk_nodes + sizes.joins) + FACTOR_SIZE * join;
+}
+
+fn keep_factor(join: u32, factor: Cholesky6) {
+    let at = factor_at(join);
+    let a = factor.angular;
+    let l = factor.linear;
+    let c = factor.coupling;
+    tree_put_vectors(at, a.inverse, a.lower, l.inverse, l.lower);
+    tree_put_vectors(at + 3u, c[0], c[1], c[2], zero3());
+}
+
+fn get_factor(join: u32) -> Cholesky6 {
+    let at = factor_at(join);
+    let a = vec4<real>(nodes[at]);
+    let b = vec4<real>(nodes[at + 1u]);
+    let c = vec4<real>(nodes[at + 2u]);
+    let d = vec4<real>(nodes[at + 3u]);
+    let e = vec4<real>(nodes[at + 4u]);
+    let f = vec4<real>(nodes[at + 5u]);
+    return Cholesky6(
+        Cholesky3(a.xyz, vec3<real>(a.w, b.xy), true),
+        mat3x3<real>(d.xyz, vec3<real>(d.w, e.xy), vec3<real>(e.zw, f.x)),
+        Cholesky3(vec3<real>(b.zw, c.x), c.yzw, true),
+        true,
+    );
 }
 
 // Where what is kept of a rake's first chunk starts.
@@ -121,7 +153,7 @@ fn keep_head(chunk: u32, ends: Ends) {
     );
     let counted = rake_at_head(rake);
     let a = Motion(ends.x.angular, ends.x.linear);
-    let beyond = inertia_add(inertia, inertia_scaled(counted.inertia, real(-1.0)));
+    let beyond: Inertia = inertia_add(inertia, inertia_scaled(counted.inertia, -1.0));
     let moving = force_sub(inertia_mul(beyond, a), matrix6_mul(tip, ends.f2));
     let bias = force_sub(fetch_two(at + 15u * n, n), counted.bias);
     put_added(rake, force_add(moving, bias));

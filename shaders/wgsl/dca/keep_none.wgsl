@@ -6,7 +6,9 @@ const INBOARD_SIDE = 2u;
 
 fn force_at(join: u32) -> Force { return acting(join); }
 
-fn keep_force(join: u32, force: Force) {}
+fn keep_number(join: u32, own: u32, number: real) {}
+
+fn keep_factor(join: u32, factor: Cholesky6) {}
 
 fn keep_end(join: u32, side: u32, a: Motion) {}
 

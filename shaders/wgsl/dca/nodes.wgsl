@@ -1,15 +1,17 @@
 // Nodes of the tree and what joins keep, in memory. A record is contiguous, because several lanes share it.
 //
-// A node is Phi12 by rows, b1, b2, and the lower triangles of Phi11 and Phi22 by rows. What a join keeps is
-// Y_A, Y_B by columns, y, and the factor. What acts in it is the force between its parts.
+// A node is Phi12 by rows, b1, b2, and the lower triangles of Phi11 and Phi22 by rows. What a join keeps are
+// rows of G^-1 [Phi21 of the inboard part, Phi12 of the outboard one, the difference of b], sixteen numbers
+// each. What acts in it is the force between its parts.
 
 @group(0) @binding(8) var<storage, read> forces: array<chunk_real>;
 @group(0) @binding(9) var<storage, read_write> nodes: array<vec4<tree_real>>;
 
 const NODE_SIZE = 23u;
-const JOINED_SIZE = 26u;
-// Where the factor starts in what a join keeps.
-const FACTOR = 20u;
+const JOINED_SIZE = 24u;
+const ROW_SIZE = 4u;
+// Where the last number of a row is.
+const DIFFERENCE = 12u;
 const ACTING_SIZE = 2u;
 
 fn node_at(index: u32) -> u32 { return NODE_SIZE * index; }
@@ -26,6 +28,13 @@ const JOINT_FORCES = 4u;
 
 fn tree_put(at: u32, x: real, y: real, z: real, w: real) {
     nodes[at] = vec4<tree_real>(vec4<real>(x, y, z, w));
+}
+
+// Numbers that lanes own.
+fn number_at(at: u32, i: u32) -> real { return real(nodes[at + i / 4u][i % 4u]); }
+
+fn put_number(at: u32, i: u32, number: real) {
+    nodes[at + i / 4u][i % 4u] = tree_real(number);
 }
 
 fn tree_put_vectors(at: u32, v: vec3<real>, w: vec3<real>, x: vec3<real>, y: vec3<real>) {
@@ -75,12 +84,6 @@ fn acting(join: u32) -> Force {
     let a = vec4<real>(nodes[at]);
     let b = vec4<real>(nodes[at + 1u]);
     return Force(a.xyz, vec3<real>(a.w, b.xy));
-}
-
-fn put_acting(join: u32, force: Force) {
-    let at = acting_at(join);
-    tree_put(at, force.angular.x, force.angular.y, force.angular.z, force.linear.x);
-    tree_put(at + 1u, force.linear.y, force.linear.z, 0.0, 0.0);
 }
 
 // The acceleration a1 that a path's head hangs from.

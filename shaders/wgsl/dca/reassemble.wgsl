@@ -79,7 +79,7 @@ fn reassemble_chunk(chunk: u32) {
     var change = Change(force_zero(), force_zero());
     for (var i = 0u; i < length; i++) {
         let place = length - 1u - i;
-        let spot = spot_at(slots, place);
+        let spot = spot_of(slot_at(slots, place));
         let placed = get_placed(spot.slot);
         let axes = quaternion_matrix(placed.rotation);
         let share: real = select(real(1.0), last_share, place + 1u == slots.length);
@@ -91,7 +91,7 @@ fn reassemble_chunk(chunk: u32) {
         }
     }
     if is_inner {
-        let onto = added_onto(cut, flags_of(cut), 0.5);
+        let onto: Force = added_onto(cut, flags_of(cut), 0.5);
         var inverse = get_inverse(inner);
         let y = lower6(inverse.factor, force_add(change.bias, onto));
         inverse.bias = force_add(inverse.bias, y);

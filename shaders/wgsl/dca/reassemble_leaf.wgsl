@@ -6,7 +6,7 @@ fn with_leaf_again(is_head: bool, change: Change, slot: u32, share: real, index:
     let arm = axes * arm_of(slot, flags);
     var leaf = get_leaf(index);
     let own = lower6(leaf.own, added_onto(slot, flags, share));
-    let center = force_scaled(upper6(leaf.own, own), -1.0);
+    let center: Force = force_scaled(upper6(leaf.own, own), -1.0);
     let across = motion_shifted(Motion(center.angular, center.linear), -arm);
     let apart = force_sub(change.drift, Force(across.angular, across.linear));
     let mask = constraint_of(kind_of(flags));

@@ -1,77 +1,49 @@
-// Joins, up in a correction: y anew from the accelerations that differ, and what it adds to those of the
-// whole; join.rs of the dynamics has the formulas (`rejoin`).
+// Joins, up in a correction: what differs anew, from the accelerations on both sides, and what that adds to
+// those of the whole; join.rs of the dynamics has the formulas (`rejoin`).
 
-// One join of each team, or none; all lanes of the workgroup come here.
-fn go_up_join(join: u32, has_join: bool, lane: u32) {
-    let place = lane / TEAM;
+fn go_up_join(seam: Seam, has_join: bool, lane: u32) {
     let own = lane % TEAM;
-    let first = NODE_NUMBERS * place;
-    let first_column = COLUMNS * place;
-    let head = join_word(join, HEAD);
-    let rake = join_word(join, JOIN_RAKE);
-    var factor: Cholesky6;
-    var differing = force_zero();
-    if has_join {
-        let at = joined_at(join);
-        for (var i = own; i < SIDES; i += TEAM) {
-            let v = vec4<real>(nodes[at + i]);
-            let to = first_column + 4u * i;
-            columns[to] = v.x;
-            columns[to + 1u] = v.y;
-            columns[to + 2u] = v.z;
-            columns[to + 3u] = v.w;
-        }
-        if own < CHANGE_SIZE {
-            let v = vec4<real>(nodes[change_at(join_word(join, INBOARD_NODE)) + own]);
-            let w = vec4<real>(nodes[change_at(join_word(join, OUTBOARD_NODE)) + own]);
-            let to = first + 4u * own;
-            inboard_node[to] = v.x;
-            inboard_node[to + 1u] = v.y;
-            inboard_node[to + 2u] = v.z;
-            inboard_node[to + 3u] = v.w;
-            outboard_node[to] = w.x;
-            outboard_node[to + 1u] = w.y;
-            outboard_node[to + 2u] = w.z;
-            outboard_node[to + 3u] = w.w;
-        }
-        factor = get_factor(at + FACTOR);
-        differing = apart(join);
+    if !has_join || own > 12u {
+        return;
     }
-    workgroupBarrier();
-    var y = force_zero();
-    if has_join {
-        let b2 = Force(inboard3(first + 6u), inboard3(first + 9u));
-        let b1 = Force(outboard3(first), outboard3(first + 3u));
-        y = lower6(factor, force_add(differing, force_sub(b2, b1)));
-        let sign: real = select(real(-1.0), real(1.0), head != NONE);
-        if own < 6u {
-            let by: real = force_dot(column(first_column + 6u * own), y);
-            inboard_node[first + 12u + own] = inboard_node[first + own] + sign * by;
-        } else if own < 12u {
-            let by: real = force_dot(column(first_column + 6u * own), y);
-            inboard_node[first + 12u + own] = outboard_node[first + own] + by;
+    let a = change_at(seam.inboard);
+    let b = change_at(seam.outboard);
+    let a1 = vec4<real>(nodes[a + 1u]);
+    let a2 = vec4<real>(nodes[a + 2u]);
+    let b0 = vec4<real>(nodes[b]);
+    let b1 = vec4<real>(nodes[b + 1u]);
+    let beyond = Force(
+        vec3<real>(a1.zw, a2.x) - b0.xyz,
+        a2.yzw - vec3<real>(b0.w, b1.xy),
+    );
+    let differing = force_add(apart(seam.join), beyond);
+    let rows = joined_at(seam.join);
+    if own < 12u {
+        let angular = vec3<real>(
+            number_at(rows, own),
+            number_at(rows + ROW_SIZE, own),
+            number_at(rows + 2u * ROW_SIZE, own),
+        );
+        let linear = vec3<real>(
+            number_at(rows + 3u * ROW_SIZE, own),
+            number_at(rows + 4u * ROW_SIZE, own),
+            number_at(rows + 5u * ROW_SIZE, own),
+        );
+        let by: real = dot(angular, differing.angular) + dot(linear, differing.linear);
+        let is_taken = own < 6u && seam.head == NONE;
+        let before: real = number_at(select(b, a, own < 6u), own);
+        let changed: real = before + select(by, -by, is_taken);
+        put_number(change_at(sizes.chunk_nodes + seam.join), own, changed);
+        if own < 6u && seam.rake != NONE {
+            add_to_rake(seam.rake, own, changed);
         }
+    } else if own == 12u {
+        let solved = cholesky6_solve(get_factor(seam.join), differing);
+        put_number(rows, DIFFERENCE, solved.angular.x);
+        put_number(rows + ROW_SIZE, DIFFERENCE, solved.angular.y);
+        put_number(rows + 2u * ROW_SIZE, DIFFERENCE, solved.angular.z);
+        put_number(rows + 3u * ROW_SIZE, DIFFERENCE, solved.linear.x);
+        put_number(rows + 4u * ROW_SIZE, DIFFERENCE, solved.linear.y);
+        put_number(rows + 5u * ROW_SIZE, DIFFERENCE, solved.linear.z);
     }
-    workgroupBarrier();
-    if has_join {
-        let changed = first + 12u;
-        if own < CHANGE_SIZE {
-            let at = changed + 4u * own;
-            tree_put(
-                change_at(sizes.chunk_nodes + join) + own,
-                inboard_node[at],
-                inboard_node[at + 1u],
-                inboard_node[at + 2u],
-                inboard_node[at + 3u],
-            );
-        } else if own == CHANGE_SIZE {
-            let at = joined_at(join) + SIDES;
-            tree_put(at, y.angular.x, y.angular.y, y.angular.z, y.linear.x);
-            tree_put(at + 1u, y.linear.y, y.linear.z, 0.0, 0.0);
-        } else if own == CHANGE_SIZE + 1u && rake != NONE {
-            add_to_rake(rake, Force(inboard3(changed), inboard3(changed + 3u)));
-        }
-    }
-    // Before the next joins take their places.
-    workgroupBarrier();
 }

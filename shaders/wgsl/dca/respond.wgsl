@@ -74,10 +74,12 @@ fn respond_chunk(chunk: u32) {
         a = Motion(center.angular, center.linear);
         keep_end(before, OUTBOARD, a);
     }
-    var next = spot_at(slots, 0u);
+    var next = spot_of(slot_at(slots, 0u));
+    var ahead = slot_ahead(slots, 1u);
     for (var place = 0u; place < slots.length; place++) {
         let spot = next;
-        next = spot_at(slots, place + 1u);
+        next = spot_of(ahead);
+        ahead = slot_ahead(slots, place + 2u);
         let slot = spot.slot;
         let flags = spot.flags;
         let kind = kind_of(flags);

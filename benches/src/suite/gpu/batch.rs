@@ -3,10 +3,10 @@
 use super::{Outcome, holds};
 use crate::suite::{Figure, gold_robots, worst_of};
 use vertebra::dynamics::gpu::{Batch, BatchOptions};
-use vertebra::generate::{RandomTree, random_tree};
+use vertebra::generate::{RandomTree, Rod, random_chain, random_tree};
 use vertebra::{
-    Error, Forces, Integrator, Model, Precision, Random, Simulation, State, Workspace, Wrench, aba,
-    forward_error,
+    Algorithm, Error, Forces, Integrator, Model, Precision, Random, Simulation, State, Workspace,
+    Wrench, aba, forward_error,
 };
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
@@ -92,6 +92,47 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
             figures.push(holds(format!("{name}: same bits"), qdd == again));
             figures.push(Figure::new(name, ratio, 1.0));
         }
+    }
+    Ok(figures)
+}
+
+/// Few long chains, which go by divide and conquer: the choice, and errors as of one alone.
+pub(super) fn long_chains(device: &Device) -> Outcome {
+    let bodies = if super::is_software(device) {
+        300
+    } else {
+        2048
+    };
+    let model = random_chain(bodies, &Rod::default(), 1)?;
+    let states: Vec<_> = (0..8).map(|seed| State::random(&model, seed)).collect();
+    let forces = forces(&model, states.len(), 2)?;
+    let mut figures = Vec::new();
+    for precision in precisions(device) {
+        let options = BatchOptions {
+            precision,
+            ..BatchOptions::default()
+        };
+        let mut batch = Batch::new(device, &model, states.len(), &options)?;
+        let choice = *batch.choice();
+        let conquers = choice.algorithm == Algorithm::Dca && !choice.forced;
+        figures.push(holds(format!("{precision}: {choice}"), conquers));
+        batch.set_states(&states)?;
+        batch.set_forces(&forces)?;
+        let qdd = batch.solve()?;
+        let mut exact = Workspace::new(&model, Precision::Reference);
+        let mut worst = 0.0_f64;
+        for (item, found) in qdd.chunks_exact(bodies).enumerate() {
+            aba(&model, &states[item], &forces[item], &mut exact)?;
+            worst = worst_of(worst, forward_error(found, &exact)?);
+        }
+        // As of `dynamics_seeds`.
+        let bound = if precision == Precision::F32 {
+            2e-3
+        } else {
+            2e-11
+        };
+        let name = format!("{} chains of {bodies} in {precision}", states.len());
+        figures.push(Figure::new(name, worst, bound));
     }
     Ok(figures)
 }

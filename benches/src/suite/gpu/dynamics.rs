@@ -9,7 +9,7 @@ use crate::suite::{Figure, Outcome, relative_error, worst_of};
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
 use vertebra::dynamics::gpu::{Options, Simulation};
-use vertebra::generate::{self, Masses, RandomTree, Rod};
+use vertebra::generate::{self, RandomTree, Rod};
 use vertebra::schedule::ScheduleOptions;
 use vertebra::{
     DcaOptions, DcaWorkspace, Error, Forces, Integrator, Model, Precision, Random, State,

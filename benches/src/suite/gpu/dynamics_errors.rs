@@ -244,15 +244,24 @@ pub(super) fn refined(device: &Device) -> Outcome {
     let rod = Rod::default();
     let mut models = vec![("chain of 300", generate::random_chain(300, &rod, 1)?)];
     let masses = Masses::HeavyTips(1e8);
-    models.push(("heavy tip", generate::uneven_tree(200, 1, &rod, &masses, 5)?));
+    models.push((
+        "heavy tip",
+        generate::uneven_tree(200, 1, &rod, &masses, 5)?,
+    ));
     let masses = Masses::Decades(4.0);
-    models.push(("4 decades", generate::uneven_tree(200, 4, &rod, &masses, 5)?));
-    models.push(("tree of 500", generate::random_tree(&RandomTree::mixed(500), 3)?));
+    models.push((
+        "4 decades",
+        generate::uneven_tree(200, 4, &rod, &masses, 5)?,
+    ));
+    models.push((
+        "tree of 500",
+        generate::random_tree(&RandomTree::mixed(500), 3)?,
+    ));
     let count = if is_software(device) { 2000 } else { 65_536 };
     models.push(("long chain", generate::random_chain(count, &rod, 1)?));
     let mut figures = Vec::new();
     for (name, model) in models {
-        let (state, forces) = inputs(&model, 7);
+        let (state, forces) = inputs(&model, 7)?;
         let mut reference = Workspace::new(&model, Precision::Reference);
         let exact = aba(&model, &state, &forces, &mut reference)?;
         for (sweeps, bound) in [(1, 1e-9), (2, 1e-10)] {

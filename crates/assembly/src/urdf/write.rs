@@ -2,7 +2,7 @@
 
 use crate::model::Body;
 use crate::xml::{EXTENSION, from_roll_pitch_yaw};
-use crate::{BodyId, JointKind, MassProperties, Model};
+use crate::{BodyId, JointKind, MassProperties, Model, Stop};
 use core::fmt::{self, Write as _};
 use glam::{DQuat, DVec3};
 use thiserror::Error;
@@ -170,6 +170,23 @@ fn write_joint(
     if joint.child_placement != Pose::IDENTITY {
         return Err(WriteError::ChildPlacement { body: named() });
     }
+    let other = |kind| {
+        Err(WriteError::JointKind {
+            body: named(),
+            kind,
+        })
+    };
+    let foreign = [
+        (joint.armature != 0.0, "armature"),
+        (joint.spring.is_some(), "a spring"),
+        (joint.stop != Stop::HARD, "how a stop gives way"),
+    ];
+    if let Some(&(_, property)) = foreign.iter().find(|(has, _)| *has) {
+        return Err(WriteError::Property {
+            body: named(),
+            property,
+        });
+    }
     let has_range = joint.limits.is_some_and(|limits| limits.position.is_some());
     let (kind, axis) = match joint.kind {
         JointKind::Fixed => ("fixed", None),
@@ -177,12 +194,8 @@ fn write_joint(
         JointKind::Revolute { axis } if has_range => ("revolute", Some(axis)),
         JointKind::Revolute { axis } => ("continuous", Some(axis)),
         JointKind::Prismatic { axis } => ("prismatic", Some(axis)),
-        JointKind::Spherical => {
-            return Err(WriteError::JointKind {
-                body: named(),
-                kind: "spherical",
-            });
-        }
+        JointKind::Spherical => return other("spherical"),
+        JointKind::Screw { .. } => return other("screw"),
     };
     open_joint(text, &body.name, kind, parent)?;
     write_origin(text, &joint.parent_placement);

@@ -90,13 +90,15 @@ impl Batch {
     ///
     /// # Errors
     /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::PrecisionUnavailable`] of
-    /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`]; [`Error::Gpu`].
+    /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`];
+    /// [`Error::JointUnavailable`], [`Error::ElementUnavailable`]; [`Error::Gpu`].
     pub fn new(
         device: &Device,
         model: &Model,
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
+        super::check_model(model)?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),
@@ -187,7 +189,10 @@ impl Batch {
     /// were. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &[Forces]) -> Result<(), Error> {
         let model = &self.fixed.model;
-        self.check(forces, |forces| forces.check(model))?;
+        self.check(forces, |forces| {
+            forces.check(model)?;
+            super::check_forces(model, forces)
+        })?;
         let fixed = &self.fixed;
         let external = forces.iter().flat_map(Forces::acting);
         let mut pushed: Vec<usize> = external

@@ -1,7 +1,7 @@
 //! Steps on the processor.
 
 use crate::integrate::{Stages, Step};
-use crate::{Error, Forces, Integrator, Monitor, Solver, finite_results};
+use crate::{Elements, Error, Forces, Integrator, Monitor, Solver, finite_results};
 use vertebra_assembly::{Body, Model, State};
 
 /// What steps on the processor need: none of it is taken later.
@@ -26,21 +26,30 @@ impl Host {
         &mut self,
         model: &Model,
         state: &mut State,
-        forces: &Forces,
+        (forces, mut elements): (&Forces, Option<&mut Elements>),
         (h, integrator): (f64, Integrator),
         monitor: &mut Option<Monitor>,
     ) -> Result<(), Error> {
         if let Some(monitor) = monitor
             && monitor.is_due()
         {
+            let forces = match &mut elements {
+                Some(elements) => elements.load(state, forces, h)?,
+                None => forces,
+            };
             let found = self.solver.check(model, state, forces)?;
             monitor.record(state.time, found);
         }
-        let step = Step {
+        elements = elements.filter(|elements| !elements.is_idle());
+        if let Some(elements) = &elements {
+            elements.check_integrator(integrator)?;
+        }
+        let mut step = Step {
             model,
             start: state,
             h,
             forces,
+            elements: elements.as_deref_mut(),
         };
         let (solver, stages) = (&mut self.solver, &mut self.stages);
         step.take(integrator, solver, stages, &mut self.next)?;
@@ -56,6 +65,9 @@ impl Host {
                 body: body.name.clone(),
                 time,
             });
+        }
+        if let Some(elements) = elements {
+            elements.account(state, h, self.solver.choice().tree.epsilon());
         }
         core::mem::swap(state, &mut self.next);
         if let Some(monitor) = monitor {

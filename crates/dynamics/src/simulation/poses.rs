@@ -18,7 +18,7 @@ impl PendingPoses {
     /// Whether they are there, so that [`wait`](Self::wait) returns at once.
     ///
     /// # Errors
-    /// [`Error::Gpu`].
+    /// `Error::Gpu`.
     pub fn is_ready(&self) -> Result<bool, Error> {
         match &self.0 {
             Inner::Here(_) => Ok(true),
@@ -30,7 +30,7 @@ impl PendingPoses {
     /// Waits for them; in the model's order.
     ///
     /// # Errors
-    /// [`Error::Overflow`], [`Error::Gpu`].
+    /// [`Error::Overflow`], `Error::Gpu`.
     pub fn wait(self) -> Result<Vec<Pose>, Error> {
         match self.0 {
             Inner::Here(poses) => Ok(poses),

@@ -74,9 +74,10 @@ impl Simulation {
     /// # Errors
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
-    /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::Gpu`].
+    /// [`Error::Model`] for a bad schedule; [`Error::JointUnavailable`], [`Error::ElementUnavailable`];
+    /// [`Error::ModelTooLarge`] with the limit and how many bodies fit; [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
+        crate::gpu::check_model(model)?;
         let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
@@ -84,7 +85,8 @@ impl Simulation {
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
-        let tables = Tables::new(model, &Plan::new(model, schedule, &weights), options.sweeps);
+        let plan = Plan::new(model, schedule, &weights);
+        let tables = Tables::new(model, &plan, tree, options.sweeps);
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),
@@ -185,6 +187,7 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
+        crate::gpu::check_forces(&self.model, forces)?;
         let mut control = vec![0; self.control.len()];
         let pushes = self.transfer().pushes(forces, &mut control);
         let units = self.model.units();

@@ -4,7 +4,8 @@
 //! place in the chunk first, so that lanes that work on neighbouring chunks read neighbouring
 //! memory, and nothing is padded.
 
-use super::layers::{Item, Layered, Rounds, Width};
+use super::layers::{Item, Layered, Record, Rounds, Width};
+use crate::Precision;
 use crate::dca::plan::{Inboard, Outboard, Parent, Part, Plan, Raked};
 use crate::link::Kind;
 use core::ops::Range;
@@ -58,7 +59,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    pub(super) fn new(model: &Model, plan: &Plan<f64>, sweeps: usize) -> Self {
+    pub(super) fn new(model: &Model, plan: &Plan<f64>, tree: Precision, sweeps: usize) -> Self {
         let order = Order::new(plan);
         let rakes = Rakes::new(plan, &order);
         let mut tables = Self {
@@ -91,7 +92,7 @@ impl Tables {
         tables.put_slots(model, plan, &order, &rakes);
         let seams = Seams::new(plan);
         tables.put_chunks(plan, &order, &rakes, &seams);
-        tables.put_joins(plan, &order, &rakes, &seams);
+        tables.put_joins(plan, &order, &rakes);
         let end = &plan.extents[plan.chunks.len()];
         tables.sizes = Sizes {
             slots: small(plan.len()),
@@ -111,19 +112,33 @@ impl Tables {
             length: model.units().length as f32,
             ..tables.sizes
         };
-        let rounds = rounds(plan, &order, &rakes);
+        let mut rounds = rounds(plan, &order, &rakes);
+        let lanes = match tree {
+            Precision::F32 => WORK_LANES as usize,
+            _ => WORK_LANES as usize / 2,
+        };
         let work = Width {
-            lanes: WORK_LANES as usize,
+            lanes,
+            top: WORK_LANES as usize,
             join: TEAM as usize,
             rounds: WORK_ROUNDS,
         };
         let turn = Width {
             lanes: TURN_LANES as usize,
+            top: TURN_LANES as usize,
             join: 1,
             rounds: TURN_ROUNDS,
         };
-        tables.work = rounds.layers(&work, &mut tables.words);
-        tables.turn = rounds.layers(&turn, &mut tables.words);
+        let joins = Joins {
+            plan,
+            order: &order,
+            rakes: &rakes,
+            seams: &seams,
+        };
+        let words = &mut tables.words;
+        tables.work = rounds.layers(1, &work, &|join| joins.in_dynamics(join), words);
+        rounds.lead();
+        tables.turn = rounds.layers(0, &turn, &|join| joins.in_kinematics(join), words);
         tables
     }
 
@@ -141,6 +156,8 @@ impl Tables {
                 Kind::Prismatic => 2,
                 Kind::Spherical => 3,
                 Kind::Free => 4,
+                // Refused before.
+                Kind::Screw => 5,
             };
             let flag = |is_set, flag| if is_set { flag } else { 0 };
             kinds.push(
@@ -200,7 +217,7 @@ impl Tables {
         let first_jag = self.words.len();
         self.words.extend(&order.jags);
         self.sizes.chunk_words = small(self.words.len());
-        let mut columns: [Vec<u32>; 12] = Default::default();
+        let mut columns: [Vec<u32>; 13] = Default::default();
         for (new, &old) in order.old_chunks.iter().enumerate() {
             let chunk = &plan.chunks[old];
             let (own, next) = (&plan.extents[old], &plan.extents[old + 1]);
@@ -222,19 +239,21 @@ impl Tables {
                 rakes.of_paths[order.new_slots[own.slot] as usize]
             };
             let [before, after] = seams.of(plan, Part::Chunk(old));
+            let [under, across] = order.under(plan, chunk.parent);
             let row = [
                 small(first_jag + order.jag_of[new]),
                 small(order.rank_of[new]),
                 small(next.slot - own.slot),
                 inboard,
                 from | to | halved,
-                parent_word(chunk.parent),
+                under,
                 owned(own.node, next.node),
                 owned(own.inner, next.inner),
                 owned(own.leaf, next.leaf),
                 rake,
                 before,
                 after,
+                across,
             ];
             for (column, word) in columns.iter_mut().zip(row) {
                 column.push(word);
@@ -243,40 +262,11 @@ impl Tables {
         self.words.extend(columns.concat());
     }
 
-    /// Numbers of joins, sums and rakes.
-    fn put_joins(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes, seams: &Seams) {
-        let end = &plan.extents[plan.chunks.len()];
-        self.sizes.join_words = small(self.words.len());
-        let mut columns: [Vec<u32>; 11] = Default::default();
-        for (index, join) in plan.joins.iter().enumerate() {
-            let node = |part| match part {
-                Part::Chunk(chunk) => small(plan.extents[chunk].node),
-                Part::Join(join) => small(end.node + join),
-            };
-            let turn = |part| match part {
-                Part::Chunk(chunk) => order.new_chunks[chunk],
-                Part::Join(join) => small(plan.chunks.len() + join),
-            };
-            let slot = |slot: usize| order.new_slots[slot];
-            let [before, after] = seams.of(plan, Part::Join(index));
-            let row = [
-                node(join.inboard),
-                node(join.outboard),
-                turn(join.inboard),
-                turn(join.outboard),
-                join.head.map_or(NONE, |head| slot(head.slot)),
-                join.head.and_then(|head| head.carrier).map_or(NONE, slot),
-                parent_word(join.parent),
-                slot(join.cut),
-                rakes.of_joins[index],
-                before,
-                after,
-            ];
-            for (column, word) in columns.iter_mut().zip(row) {
-                column.push(word);
-            }
-        }
-        self.words.extend(columns.concat());
+    /// Cut bodies of joins, numbers of sums and rakes.
+    fn put_joins(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes) {
+        self.sizes.cut_words = small(self.words.len());
+        let cuts = plan.joins.iter().map(|join| order.new_slots[join.cut]);
+        self.words.extend(cuts);
         self.sizes.sum_words = small(self.words.len());
         for (index, parts) in plan.sums.iter().enumerate() {
             self.words.extend(parts.map(|raked| rakes.number(raked)));
@@ -322,8 +312,8 @@ impl Tables {
     pub(super) fn nodes_len(&self) -> usize {
         let s = &self.sizes;
         let (nodes, joins) = (s.chunk_nodes as usize, s.joins as usize);
-        let changes = if self.sweeps > 0 { 3 } else { 0 };
-        nodes * (23 + changes) + joins * (23 + 26 + 2 + changes)
+        let (changes, factors) = if self.sweeps > 0 { (3, 6) } else { (0, 0) };
+        nodes * (23 + changes) + joins * (23 + 24 + 2 + changes + factors)
     }
 
     /// Where the state that is worked on ends, and accelerations begin.
@@ -339,12 +329,6 @@ impl Tables {
 
 fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
     DQuat::from_mat3(&rotation.to_glam()).normalize().to_array()
-}
-
-fn parent_word(parent: Option<Parent>) -> u32 {
-    parent.map_or(NONE, |Parent { join, outboard }| {
-        2 * small(join) + u32::from(outboard)
-    })
 }
 
 /// How the kernels number chunks and slots, against the plan.
@@ -376,6 +360,27 @@ impl Order {
             order.put_round(plan, plan.schedule.chunks_in(round));
         }
         order
+    }
+
+    /// Where kinematics has what is across a part.
+    fn turn(&self, plan: &Plan<f64>, part: Part) -> u32 {
+        match part {
+            Part::Chunk(chunk) => self.new_chunks[chunk],
+            Part::Join(join) => small(plan.chunks.len() + join),
+        }
+    }
+
+    /// What a part hangs from: what a join hangs from, then what is across another part.
+    fn under(&self, plan: &Plan<f64>, parent: Option<Parent>) -> [u32; 2] {
+        let Some(Parent { join, outboard }) = parent else {
+            return [NONE; 2];
+        };
+        let across = if outboard {
+            self.turn(plan, plan.joins[join].inboard)
+        } else {
+            NONE
+        };
+        [small(join), across]
     }
 
     fn put_round(&mut self, plan: &Plan<f64>, round: Range<usize>) {
@@ -437,6 +442,57 @@ impl Seams {
             _ => NONE,
         };
         [before, self.at[plan.slots_of(chunk).end - 1]]
+    }
+}
+
+/// What tables say of joins.
+struct Joins<'a> {
+    plan: &'a Plan<f64>,
+    order: &'a Order,
+    rakes: &'a Rakes,
+    seams: &'a Seams,
+}
+
+impl Joins<'_> {
+    /// As `Seam` of the kernels' rounds of teams has it.
+    fn in_dynamics(&self, index: usize) -> Record {
+        let (plan, order) = (self.plan, self.order);
+        let join = &plan.joins[index];
+        let end = &plan.extents[plan.chunks.len()];
+        let node = |part| match part {
+            Part::Chunk(chunk) => small(plan.extents[chunk].node),
+            Part::Join(join) => small(end.node + join),
+        };
+        let slot = |slot: usize| order.new_slots[slot];
+        let [before, after] = self.seams.of(plan, Part::Join(index));
+        [
+            small(index),
+            node(join.inboard),
+            node(join.outboard),
+            before,
+            after,
+            join.head.map_or(NONE, |head| slot(head.slot)),
+            join.head.and_then(|head| head.carrier).map_or(NONE, slot),
+            self.rakes.of_joins[index],
+        ]
+    }
+
+    /// As `Seam` of the kernels' rounds of lanes has it.
+    fn in_kinematics(&self, index: usize) -> Record {
+        let (plan, order) = (self.plan, self.order);
+        let join = &plan.joins[index];
+        let [under, across] = order.under(plan, join.parent);
+        let carrier = join.head.and_then(|head| head.carrier);
+        [
+            small(index),
+            order.turn(plan, join.inboard),
+            order.turn(plan, join.outboard),
+            under,
+            across,
+            carrier.map_or(NONE, |slot| order.new_slots[slot]),
+            NONE,
+            NONE,
+        ]
     }
 }
 

@@ -1,13 +1,11 @@
 // What is across each chunk in the state that is worked on, which becomes the state if the step has not
 // failed, or is taken from it.
 
-const LANES = 64u;
-
 const KEEP = 0u;
 const COMMIT = 1u;
 const RESTORE = 2u;
 
-fn run_chunk(chunk: u32) {
+fn turn_chunk(chunk: u32) {
     let has_failed = atomicLoad(&status[0]) != 0u;
     if layer.stage == COMMIT {
         // What the first lane writes below is one of these two whenever it is read elsewhere.
