@@ -4,6 +4,7 @@
 mod batch;
 mod collision;
 mod compare;
+mod contacts;
 mod dynamics;
 mod dynamics_errors;
 mod faults;
@@ -96,6 +97,8 @@ pub const CHECKS: &[GpuCheck] = &[
     check("collision_nearly_touching", collision::nearly_touching),
     check("collision_large", collision::large),
     check("collision_queues_grow", collision::queues_grow),
+    check("collision_contacts", contacts::contacts),
+    check("collision_choice", contacts::choice),
     check("collision_moved", collision::moved),
     check("collision_itself", collision::itself),
     check("collision_together", collision::together),
