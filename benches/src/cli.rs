@@ -287,7 +287,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 70] = [
+const METHODS: [&str; 78] = [
     "aba",
     "aba-refined",
     "aba-refined-2",
