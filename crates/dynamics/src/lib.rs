@@ -28,6 +28,7 @@
 mod aba;
 mod batch;
 mod centroidal;
+mod choice;
 mod correct;
 mod cost;
 mod crba;
@@ -63,6 +64,7 @@ mod workspace;
 pub use aba::{aba, joint_wrenches};
 pub use batch::{Batch, aba_batch};
 pub use centroidal::{Centroidal, centroidal};
+pub use choice::Choice;
 pub use crba::{crba, crba_forward_dynamics};
 pub use dca::{DcaOptions, DcaWorkspace, dca};
 pub use derivatives::{Derivatives, aba_derivatives, rnea_derivatives};
@@ -82,7 +84,7 @@ pub use refine::{Refinement, refine};
 pub use residual::{Residual, Solved, residual};
 pub use rnea::rnea;
 pub use simulation::{PendingPoses, Simulation};
-pub use solver::{Algorithm, Choice, Solver, SolverOptions};
+pub use solver::{Algorithm, Solver, SolverOptions};
 pub use tolerance::Achieved;
 pub use workspace::{BodyForce, BodyMotion, Workspace};
 

@@ -4,6 +4,7 @@ mod host;
 mod poses;
 #[cfg(feature = "gpu")]
 mod remote;
+mod runs;
 
 pub use poses::PendingPoses;
 
@@ -14,8 +15,7 @@ use crate::{
 };
 use host::Host;
 use poses::Inner;
-#[cfg(feature = "gpu")]
-use remote::Remote;
+use runs::Runs;
 use vertebra_assembly::{BodyId, Model, State};
 use vertebra_spatial::Pose;
 
@@ -41,14 +41,6 @@ pub struct Simulation {
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
     poses: Vec<Pose>,
-}
-
-/// Where steps are taken.
-#[derive(Debug)]
-enum Runs {
-    Host(Box<Host>),
-    #[cfg(feature = "gpu")]
-    Gpu(Box<Remote>),
 }
 
 impl Simulation {
@@ -495,57 +487,5 @@ impl Simulation {
             remote.is_ahead = false;
         }
         Ok(())
-    }
-}
-
-impl Runs {
-    /// Where a model runs that was put on a device, and why there.
-    fn on(device: &Device, model: &Model) -> Result<(Self, Choice), Error> {
-        #[cfg(feature = "gpu")]
-        let mut gpu_s = None;
-        #[cfg(feature = "gpu")]
-        if let Some(gpu) = device.gpu() {
-            let options = crate::gpu::Options::default();
-            let expected = Choice::with_gpu(model, gpu, &options)?;
-            let forced = !device.is_where_faster();
-            let suits = crate::gpu::check_model(model).is_ok();
-            if forced || (expected.on_gpu && suits) {
-                return Self::on_gpu(gpu, model, &options, (expected, forced));
-            }
-            gpu_s = expected.gpu_s;
-        }
-        #[cfg(not(feature = "gpu"))]
-        let (gpu_s, _) = (None, device);
-        let solver = Solver::new(model, &SolverOptions::default())?;
-        let choice = Choice {
-            gpu_s,
-            ..*solver.choice()
-        };
-        Ok((Self::Host(Box::new(Host::new(model, solver))), choice))
-    }
-
-    #[cfg(feature = "gpu")]
-    fn on_gpu(
-        device: &vertebra_gpu::Device,
-        model: &Model,
-        options: &crate::gpu::Options,
-        (expected, forced): (Choice, bool),
-    ) -> Result<(Self, Choice), Error> {
-        let remote = Remote::new(device, model, options)?;
-        let choice = remote.choice(Choice { forced, ..expected });
-        Ok((Self::Gpu(Box::new(remote)), choice))
-    }
-
-    /// The solver's own workspace or, if it has none, another, made when first asked for.
-    fn workspace<'a>(
-        &'a mut self,
-        model: &Model,
-        other: &'a mut Option<Workspace>,
-    ) -> &'a mut Workspace {
-        match self {
-            Self::Host(host) => host::workspace(&mut host.solver, model, other),
-            #[cfg(feature = "gpu")]
-            Self::Gpu(_) => other.get_or_insert_with(|| Workspace::new(model, Precision::F64)),
-        }
     }
 }

@@ -1,8 +1,9 @@
 //! One door to forward dynamics: the algorithm is chosen from the model, or by its user.
 
-use crate::dca::{PARALLEL_BODIES, check_precisions};
+use crate::choice::{Choice, rounds};
+use crate::dca::check_precisions;
 use crate::tolerance::{Achieved, Asked, Ladder, Method};
-use crate::{DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace, cost};
+use crate::{DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace};
 use core::fmt;
 use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{Model, State};
@@ -65,110 +66,6 @@ impl Default for SolverOptions {
             schedule: None,
             parallel: true,
             tolerance: None,
-        }
-    }
-}
-
-/// What a [`Solver`] or a [`Simulation`](crate::Simulation) has picked, and why: printed, a sentence.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
-    /// The algorithm.
-    pub algorithm: Algorithm,
-    /// Whether it was asked for.
-    pub forced: bool,
-    /// Precision of the bodies' own computations.
-    pub precision: Precision,
-    /// Precision of the joins, if there are any.
-    pub tree: Precision,
-    /// Threads that divide and conquer uses, or would use.
-    pub threads: usize,
-    /// Expected time of the articulated-body algorithm \[s\].
-    pub aba_s: f64,
-    /// Expected time of divide and conquer \[s\].
-    pub dca_s: f64,
-    /// Whether it runs on a GPU.
-    pub on_gpu: bool,
-    /// Expected time of a step on the GPU \[s\], if there was one to choose.
-    pub gpu_s: Option<f64>,
-}
-
-impl Choice {
-    /// What the processor is expected to take.
-    fn on_host(bodies: usize, options: &SolverOptions) -> Self {
-        let threads = threads(options.parallel, bodies);
-        let aba_s = cost::aba(bodies, options.precision);
-        let dca_s = cost::dca(bodies, rounds(bodies), threads, options.precision);
-        let faster = if dca_s < aba_s {
-            Algorithm::Dca
-        } else {
-            Algorithm::Aba
-        };
-        Self {
-            algorithm: options.algorithm.unwrap_or(faster),
-            forced: options.algorithm.is_some(),
-            precision: options.precision,
-            tree: options.tree.unwrap_or(options.precision),
-            threads,
-            aba_s,
-            dca_s,
-            on_gpu: false,
-            gpu_s: None,
-        }
-    }
-
-    /// What the processor is expected to take, and this GPU; `on_gpu` says which less. A driver that plays
-    /// a GPU on the processor takes more than the processor itself.
-    #[cfg(feature = "gpu")]
-    pub(crate) fn with_gpu(
-        model: &Model,
-        device: &vertebra_gpu::Device,
-        options: &crate::gpu::Options,
-    ) -> Result<Self, Error> {
-        let bodies = model.bodies().len();
-        let (chunks, tree) = options.precisions(device)?;
-        let host = Self::on_host(bodies, &SolverOptions::default());
-        let gpu_s = cost::gpu_step(bodies, chunks, tree);
-        let is_real = device.info().device_type != vertebra_gpu::wgpu::DeviceType::Cpu;
-        let is_computed = crate::gpu::check_model(model).is_ok();
-        Ok(Self {
-            on_gpu: is_real && is_computed && gpu_s < host.aba_s.min(host.dca_s),
-            gpu_s: Some(gpu_s),
-            ..host
-        })
-    }
-}
-
-impl fmt::Display for Choice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            algorithm,
-            precision,
-            tree,
-            threads,
-            ..
-        } = self;
-        write!(f, "{algorithm} in {precision}")?;
-        if *algorithm == Algorithm::Dca && tree != precision {
-            write!(f, " over a tree in {tree}")?;
-        }
-        if self.on_gpu {
-            f.write_str(" on the GPU")?;
-        }
-        let why = if self.forced {
-            "as asked"
-        } else {
-            "expected to be faster"
-        };
-        write!(
-            f,
-            ", {why}: aba {:.3} ms, dca on {threads} thread{} {:.3} ms",
-            1e3 * self.aba_s,
-            if *threads == 1 { "" } else { "s" },
-            1e3 * self.dca_s
-        )?;
-        match self.gpu_s {
-            Some(gpu_s) => write!(f, ", a step on the GPU {:.3} ms", 1e3 * gpu_s),
-            None => Ok(()),
         }
     }
 }
@@ -373,23 +270,6 @@ impl Solver {
             _ => None,
         }
     }
-}
-
-/// Rounds of an assembly tree of so many bodies: two for each halving, as in the worst of trees.
-fn rounds(bodies: usize) -> usize {
-    2 * bodies.max(1).ilog2() as usize
-}
-
-/// Threads there are for so many bodies; asking rayon would start them.
-fn threads(parallel: bool, bodies: usize) -> usize {
-    if !parallel || bodies < PARALLEL_BODIES {
-        return 1;
-    }
-    #[cfg(feature = "rayon")]
-    let threads = rayon::current_num_threads();
-    #[cfg(not(feature = "rayon"))]
-    let threads = 1;
-    threads
 }
 
 #[cfg(test)]

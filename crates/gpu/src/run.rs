@@ -208,6 +208,8 @@ impl Pending {
 
     fn poll(&self, how: wgpu::PollType) -> Result<(), Error> {
         let what = format!("waiting for `{}`", self.layout.recording.name());
-        self.device.poll(&what, how)
+        let polled = self.device.poll(&what, how);
+        // A run that a lost device took is none that can be waited for.
+        polled.map_err(|error| self.device.explained(error))
     }
 }
