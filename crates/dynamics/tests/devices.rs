@@ -325,3 +325,20 @@ fn a_model_too_large_tells_what_fits() {
     let refused = Simulation::on(&device, chain(fit + fit / 4));
     assert!(matches!(refused, Err(Error::ModelTooLarge { .. })));
 }
+
+/// A device lost under way is an error, and the state that was read last is left.
+#[test]
+fn a_lost_device_leaves_the_last_state() {
+    let Some(device) = gpu() else { return };
+    let lost = device.gpu().unwrap().reopen().unwrap();
+    let model = generate::random_chain(5, &Rod::default(), 1).unwrap();
+    let mut simulation = Simulation::on(&lost.clone().into(), model).unwrap();
+    simulation.steps(1e-4, 2).unwrap();
+    let read = simulation.state().unwrap().clone();
+    lost.raw().0.destroy();
+    let is_lost =
+        |error: Error| matches!(error, Error::Gpu(vertebra_gpu::Error::DeviceLost { .. }));
+    assert!(is_lost(simulation.steps(1e-4, 2).unwrap_err()));
+    assert!(is_lost(simulation.state().unwrap_err()));
+    assert_eq!(*simulation.last_state(), read);
+}
