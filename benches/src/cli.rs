@@ -248,7 +248,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 66] = [
+const METHODS: [&str; 73] = [
     "aba",
     "aba-refined",
     "build",
