@@ -10,7 +10,7 @@ use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomicall
 use crate::row::Row;
 use crate::scenario::{
     Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, meshes,
-    model, queries, scaling,
+    model, needs, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -56,7 +56,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     };
     let subjects = Subjects::of(arguments)?;
     let outputs = [
-        Some(arguments.out.join(RESULTS_JSON)),
+        Some(arguments.folder().join(RESULTS_JSON)),
         arguments.hits.clone(),
         arguments.frames.clone(),
     ];
@@ -95,7 +95,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
         .map(|(label, error)| format!("not measured: {label}: {error:#}"))
         .collect();
     println!("{}", to_table(&rows));
-    for path in write_results(&arguments.out, &rows)? {
+    for path in write_results(arguments.folder(), &rows)? {
         println!("wrote {}", path.display());
     }
     if !meter.interrupt.requested() {
@@ -141,6 +141,7 @@ fn write_further(arguments: &BenchArgs, subjects: &Subjects, interrupt: &Interru
 /// Everything that is measured.
 struct Subjects {
     models: Vec<model::Subject>,
+    needs: Vec<model::Subject>,
     lengths: Option<chunks::Subject>,
     batches: Vec<batch::Subject>,
     gpu_batches: Option<batch_gpu::Subject>,
@@ -161,6 +162,11 @@ impl Subjects {
         let selection = arguments.selection();
         Ok(Self {
             models: models(arguments)?,
+            needs: if arguments.wants(needs::NAME) && arguments.wants_backend("cpu") {
+                needs::subjects(&selection)?
+            } else {
+                Vec::new()
+            },
             lengths: if arguments.wants(chunks::NAME) {
                 Some(chunks::Subject::new(arguments.seed)?)
             } else {
@@ -216,6 +222,7 @@ impl Subjects {
                 list.extend(gpu::chains::measurements(subject, gpu.device(), selection));
             }
         }
+        list.extend(needs::measurements(&self.needs, selection));
         if let Some(subject) = &self.lengths {
             list.extend(subject.measurements(selection));
         }

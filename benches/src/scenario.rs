@@ -14,6 +14,7 @@ pub mod error_table;
 pub mod gpu;
 pub mod meshes;
 pub mod model;
+pub mod needs;
 pub mod published;
 pub mod queries;
 pub mod reference;

@@ -95,6 +95,7 @@ pub const OTHERS: &[(&str, Check)] = &[
     ("aba_against_crba", trees::aba_against_crba),
     ("forward_errors", seeds::forward_errors),
     ("mesh_pairs", gold_meshes::pairs),
+    ("no_nan", crate::fuzz::no_nan),
 ];
 
 /// The larger of two errors; NaN, which `f64::max` would drop, is the worst.
