@@ -29,7 +29,7 @@ pub(super) fn of(entries: &[Entry]) -> Vec<Plot> {
             &format!("error-against-bodies-{shape}-{}", pattern.replace(' ', "-")),
             &Curves {
                 title: format!("{shape}, {pattern}: error against the number of bodies"),
-                horizontal: ("bodies".to_owned(), Unit::Number),
+                horizontal: ("bodies".to_owned(), Unit::Count),
                 ..frame(entries)
             }
             .with(curves),
