@@ -77,7 +77,7 @@ pub struct BenchArgs {
     /// Scenarios to measure: `dynamics`, `chunks`, `batch`, `collision`, `collision-queries`,
     /// `collision-error`, `collision-scaling`, `gpu`. All by default, `gpu` where there is a real one; none of them when you name files of
     /// your own.
-    #[arg(value_parser = ["dynamics", "chunks", "batch", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
+    #[arg(value_parser = ["dynamics", "chunks", "batch", "loops", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]

@@ -1,6 +1,6 @@
 //! Plain data from which a [`Model`] is built, and into which it is saved.
 
-use crate::{Joint, MassProperties, Model, ModelError};
+use crate::{CouplingDescription, Joint, LoopDescription, MassProperties, Model, ModelError};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use vertebra_spatial::Pose;
@@ -41,6 +41,12 @@ pub struct ModelDescription {
     /// Named places on bodies or in the world.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<FrameDescription>,
+    /// Loops closed by further joints.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub loops: Vec<LoopDescription>,
+    /// Joints coupled to others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub couplings: Vec<CouplingDescription>,
 }
 
 /// One body and the joint that carries it.
@@ -79,6 +85,8 @@ impl ModelDescription {
             gravity: STANDARD_GRAVITY,
             bodies: Vec::new(),
             frames: Vec::new(),
+            loops: Vec::new(),
+            couplings: Vec::new(),
         }
     }
 

@@ -171,6 +171,24 @@ pub enum ModelError {
         /// The body.
         body: String,
     },
+    /// A loop between a body and itself, or a joint coupled to itself.
+    #[error("`{name}` connects a body to itself; name two bodies, or one and the world")]
+    SelfLoop {
+        /// The loop or coupling.
+        name: String,
+    },
+    /// A coupling of a joint that has not exactly one freedom.
+    #[error(
+        "`{name}` couples the joint of body `{body}`, which has {freedoms} freedoms; couple joints of one freedom"
+    )]
+    CoupledFreedoms {
+        /// The coupling.
+        name: String,
+        /// The body whose joint it is.
+        body: String,
+        /// Freedoms of that joint.
+        freedoms: usize,
+    },
     /// An array of the wrong length.
     #[error("{quantity} has {found} entries, the model needs {expected}")]
     WrongLength {

@@ -76,7 +76,7 @@ pub struct Joint {
     pub damping: f64,
     /// Static friction [N m or N]; read from files, not simulated yet.
     pub friction: f64,
-    /// Coupling to another joint; read from files, not simulated yet.
+    /// Coupling to another joint: [`Model::couplings`](crate::Model::couplings) has it.
     pub mimic: Option<Mimic>,
 }
 

@@ -15,12 +15,14 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
+mod closure;
 mod description;
 mod error;
 pub mod generate;
 mod joint;
 mod mass;
 mod massless;
+pub mod mechanism;
 mod model;
 mod not_simulated;
 mod random;
@@ -31,6 +33,7 @@ mod units;
 pub mod urdf;
 mod validate;
 
+pub use closure::{Closure, Coupling, CouplingDescription, Loop, LoopDescription};
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};

@@ -1,8 +1,9 @@
 //! The model: checked, ordered, constant.
 
 use crate::{
-    BodyDescription, FrameDescription, Joint, MassProperties, ModelDescription, ModelError, Units,
-    description::MODEL_VERSION, massless, not_simulated::NotSimulated, validate,
+    BodyDescription, Coupling, CouplingDescription, FrameDescription, Joint, Loop, LoopDescription,
+    MassProperties, ModelDescription, ModelError, Units, closure, description::MODEL_VERSION,
+    massless, not_simulated::NotSimulated, validate,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -30,16 +31,18 @@ impl BodyId {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "ModelDescription", into = "ModelDescription")]
 pub struct Model {
-    inner: Arc<Inner>,
+    pub(crate) inner: Arc<Inner>,
 }
 
 #[derive(Debug)]
-struct Inner {
+pub(crate) struct Inner {
     name: String,
     gravity: DVec3,
     units: Units,
     bodies: Vec<Body>,
     frames: Vec<Frame>,
+    pub(crate) loops: Vec<Loop>,
+    pub(crate) couplings: Vec<Coupling>,
     by_name: HashMap<String, BodyId>,
     position_count: usize,
     dof_count: usize,
@@ -173,10 +176,11 @@ impl Model {
         Arc::ptr_eq(&self.inner, &other.inner)
     }
 
-    /// What the model states that this version does not simulate: limits, damping, friction, mimics.
+    /// What the model states that this version does not simulate: limits, damping, friction, and mimics of joints of
+    /// several freedoms.
     #[must_use]
     pub fn not_simulated(&self) -> Vec<NotSimulated> {
-        NotSimulated::of_bodies(&self.inner.bodies)
+        NotSimulated::of_model(self)
     }
 
     /// The model as plain data.
@@ -206,6 +210,23 @@ impl Model {
                     placement: frame.placement,
                 })
                 .collect(),
+            loops: (self.loops().iter())
+                .map(|closed| LoopDescription {
+                    name: closed.name.clone(),
+                    bodies: closed.bodies.map(name_of),
+                    placements: closed.placements,
+                    closure: closed.closure,
+                })
+                .collect(),
+            couplings: (self.inner.couplings.iter())
+                .map(|coupling| CouplingDescription {
+                    name: coupling.name.clone(),
+                    body: self.inner.bodies[coupling.body.index()].name.clone(),
+                    other: self.inner.bodies[coupling.other.index()].name.clone(),
+                    ratio: coupling.ratio,
+                    offset: coupling.offset,
+                })
+                .collect(),
         }
     }
 }
@@ -226,6 +247,8 @@ impl TryFrom<ModelDescription> for Model {
             gravity,
             bodies: written,
             frames,
+            loops,
+            couplings,
             ..
         } = description;
         let units = Units::of_bodies(
@@ -266,6 +289,8 @@ impl TryFrom<ModelDescription> for Model {
             })
             .collect();
 
+        let (loops, couplings) = closure::resolve(loops, couplings, &by_name);
+
         let model = Self {
             inner: Arc::new(Inner {
                 name,
@@ -274,6 +299,8 @@ impl TryFrom<ModelDescription> for Model {
                 depth: depths.into_iter().max().unwrap_or(0),
                 bodies,
                 frames,
+                loops,
+                couplings,
                 by_name,
                 position_count,
                 dof_count,

@@ -1,5 +1,6 @@
 //! Checks of a model description, each ending in an error that names the culprit.
 
+use crate::closure;
 use crate::description::MODEL_VERSION;
 use crate::{Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError};
 use glam::{DMat3, DVec3};
@@ -58,6 +59,7 @@ pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelE
         }
     }
     check_frames(description, &by_name)?;
+    closure::check(description, &by_name)?;
     parents_first(description, &by_name)
 }
 
@@ -73,7 +75,7 @@ pub(crate) fn check_count(bodies: usize) -> Result<(), ModelError> {
     Ok(())
 }
 
-fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelError> {
+pub(crate) fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelError> {
     if name.is_empty() {
         return Err(ModelError::EmptyName { what, index });
     }
@@ -225,7 +227,7 @@ fn not_negative(quantity: &'static str, body: &str, value: f64) -> Result<(), Mo
     Ok(())
 }
 
-fn check_placement(
+pub(crate) fn check_placement(
     quantity: &'static str,
     element: &str,
     placement: &Pose,
@@ -297,7 +299,7 @@ fn not_absurd(quantity: &'static str, element: &str, value: f64) -> Result<(), M
     Ok(())
 }
 
-fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), ModelError> {
+pub(crate) fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), ModelError> {
     if value.is_finite() {
         return Ok(());
     }
@@ -308,21 +310,31 @@ fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), Model
     })
 }
 
-fn finite_vector(quantity: &'static str, element: &str, v: DVec3) -> Result<(), ModelError> {
+pub(crate) fn finite_vector(
+    quantity: &'static str,
+    element: &str,
+    v: DVec3,
+) -> Result<(), ModelError> {
     v.to_array()
         .into_iter()
         .try_for_each(|value| finite(quantity, element, value))
 }
 
+/// A direction that is not zero, of unit length.
+pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
+    // One that is of unit length to rounding already stays as it is written.
+    if (axis.length_squared() - 1.0).abs() <= 4.0 * f64::EPSILON {
+        return axis;
+    }
+    // An axis may be as short as 1e-200: bring it near 1 before it is squared.
+    let scaled = axis / axis.abs().max_element();
+    scaled / scaled.length()
+}
+
 /// Axes of unit length, quaternions too.
 pub(crate) fn normalized(mut joint: Joint) -> Joint {
     if let JointKind::Revolute { axis } | JointKind::Prismatic { axis } = &mut joint.kind {
-        // An axis may be as short as 1e-200: bring it near 1 before it is squared.
-        let scaled = *axis / axis.abs().max_element();
-        // One that is of unit length to rounding already stays as it is written.
-        if (axis.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {
-            *axis = scaled / scaled.length();
-        }
+        *axis = unit_axis(*axis);
     }
     for placement in [&mut joint.parent_placement, &mut joint.child_placement] {
         if (placement.rotation.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {

@@ -81,7 +81,7 @@ fn numbers_as_files_write_them() {
 }
 
 #[test]
-fn limits_dynamics_and_mimics_are_kept_and_said_not_to_be_simulated() {
+fn limits_and_dynamics_are_kept_and_said_not_to_be_simulated_and_mimics_are_couplings() {
     let limits = |kind: &str, text: &str| {
         let robot = read(&one_joint(kind, text));
         assert!(robot.ignored.is_empty());
@@ -140,9 +140,11 @@ fn limits_dynamics_and_mimics_are_kept_and_said_not_to_be_simulated() {
             ("hub".to_owned(), Feature::Limits),
             (arm(), Feature::Damping(0.5)),
             (arm(), Feature::Friction(0.25)),
-            (arm(), Feature::Mimic("hub".to_owned())),
         ]
     );
+    let couplings: Vec<_> = robot.model.couplings().collect();
+    assert_eq!((couplings.len(), couplings[0].name.as_str()), (1, "arm"));
+    assert_eq!((couplings[0].ratio, couplings[0].offset), (-2.0, 0.1));
     let plain = read(&one_joint("revolute", "<mimic joint='j'/>"));
     let mimic = self::arm(&plain).mimic.unwrap();
     assert_eq!((mimic.multiplier, mimic.offset), (1.0, 0.0));

@@ -6,6 +6,7 @@ use crate::{
     SolverOptions, Workspace, aba, body_poses, finite_results, forward_kinematics, joint_wrenches,
     mechanics,
 };
+use crate::{LoopForces, LoopViolation};
 use vertebra_assembly::{Body, BodyId, Model, State};
 use vertebra_spatial::Pose;
 
@@ -24,6 +25,8 @@ pub struct Simulation {
     workspace: Option<Workspace>,
     stages: Stages,
     monitor: Option<Monitor>,
+    /// The forces and those of the loops, once [`solve`](Self::solve) has been called.
+    held: Option<Forces>,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
 }
@@ -32,7 +35,7 @@ impl Simulation {
     /// A simulation on the CPU in f64, from the neutral state, with semi-implicit Euler steps.
     ///
     /// # Errors
-    /// None yet: a model that was built can be simulated. Other devices will have some.
+    /// None yet: a model that was built can be simulated. Other devices have some.
     pub fn new(model: Model) -> Result<Self, Error> {
         let state = State::neutral(&model);
         let solver = Solver::new(&model, &SolverOptions::default())?;
@@ -45,6 +48,7 @@ impl Simulation {
             workspace: None,
             stages: Stages::new(&model),
             monitor: None,
+            held: None,
             posed: false,
             model,
         })
@@ -172,6 +176,8 @@ impl Simulation {
             &mut self.stages,
             &mut self.next,
         )?;
+        self.solver
+            .close(&self.model, &mut self.next, &self.forces)?;
         let time = self.state.time;
         finite_results(&self.model, "joint rate", &self.next.qd, time)?;
         let overflowed = |body: &&Body| {
@@ -190,6 +196,42 @@ impl Simulation {
             monitor.count();
         }
         Ok(())
+    }
+
+    /// Moves the state until the loops of the model are closed: positions by the least motion in the mass metric
+    /// that Newton's method finds, then rates. To be called on states that do not satisfy them; steps keep them
+    /// closed by themselves.
+    ///
+    /// # Errors
+    /// [`Error::LoopNotClosed`] if that cannot be reached from here; [`Error`] as for a step. The state is then as
+    /// it was.
+    pub fn close_loops(&mut self) -> Result<(), Error> {
+        self.posed = false;
+        self.next.clone_from(&self.state);
+        (self.solver).forward_dynamics(&self.model, &self.state, &self.forces)?;
+        self.solver
+            .close(&self.model, &mut self.next, &self.forces)?;
+        core::mem::swap(&mut self.state, &mut self.next);
+        Ok(())
+    }
+
+    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none.
+    #[must_use]
+    pub fn loop_violation(&mut self) -> Option<LoopViolation> {
+        self.solver.loop_violation(&self.model, &self.state)
+    }
+
+    /// The forces that keep the loops closed and the joints coupled in the current state, under the current forces.
+    ///
+    /// Where loops ask for the same thing twice, those of least norm, a loop's moments counted over the length of its
+    /// longest link and each loop by the compliance it meets: they share alike.
+    ///
+    /// # Errors
+    /// [`Error`] as for a step.
+    pub fn loop_forces(&mut self) -> Result<LoopForces, Error> {
+        self.posed = false;
+        (self.solver).forward_dynamics(&self.model, &self.state, &self.forces)?;
+        Ok(self.solver.loop_forces(&self.model))
     }
 
     /// Where a body is in the world.
@@ -220,14 +262,24 @@ impl Simulation {
 
     /// Solves the dynamics of the current state under the current forces, always by the
     /// articulated-body algorithm, and gives the workspace to read from: joint and body
-    /// accelerations, joint wrenches, poses and velocities.
+    /// accelerations, joint wrenches, poses and velocities. Forces of loops and couplings act as forces on the
+    /// bodies and in the joints.
     ///
     /// # Errors
     /// [`Error`] as for a step.
     pub fn solve(&mut self) -> Result<&Workspace, Error> {
         self.posed = false;
+        self.held = None;
+        if self.solver.has_loops() {
+            (self.solver).forward_dynamics(&self.model, &self.state, &self.forces)?;
+            let held = self.held.insert(self.forces.clone());
+            self.solver.add_loop_forces(&self.model, held);
+        }
         let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);
-        aba(&self.model, &self.state, &self.forces, workspace)?;
+        match &self.held {
+            Some(held) => aba(&self.model, &self.state, held, workspace)?,
+            None => aba(&self.model, &self.state, &self.forces, workspace)?,
+        };
         joint_wrenches(workspace)?;
         body_poses(workspace)?;
         self.posed = true;

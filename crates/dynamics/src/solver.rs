@@ -1,6 +1,7 @@
 //! One door to forward dynamics: the algorithm is chosen from the model, or by its user.
 
 use crate::dca::{PARALLEL_BODIES, check_precisions};
+use crate::loops::{LoopForces, LoopViolation, Loops, refuse_loops};
 use crate::tolerance::{Achieved, Asked, Ladder, Method};
 use crate::{DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace, cost};
 use core::fmt;
@@ -150,7 +151,12 @@ impl fmt::Display for Choice {
 pub struct Solver {
     choice: Choice,
     memory: Memory,
+    loops: Option<Box<Loops>>,
 }
+
+/// How often factors are refreshed on the way to closed loops: from far away each time is a step of Newton's
+/// method.
+const CLOSING_ATTEMPTS: usize = 40;
 
 #[derive(Clone, Debug)]
 enum Memory {
@@ -166,7 +172,8 @@ impl Solver {
     /// Chooses the algorithm and takes its memory.
     ///
     /// # Errors
-    /// As [`DcaWorkspace::new`]; [`Error::ToleranceRange`].
+    /// As [`DcaWorkspace::new`]; [`Error::ToleranceRange`]; [`Error::LoopsUnavailable`] if divide and conquer or
+    /// a tolerance is asked for and the model has loops or couplings.
     pub fn new(model: &Model, options: &SolverOptions) -> Result<Self, Error> {
         let bodies = model.bodies().len();
         let threads = threads(options.parallel, bodies);
@@ -182,8 +189,16 @@ impl Solver {
         let rounds = 2 * bodies.max(1).ilog2() as usize;
         let aba_s = cost::aba(bodies, options.precision);
         let dca_s = cost::dca(bodies, rounds, threads, options.precision);
+        let loops = Loops::of_model(model);
+        if options.tolerance.is_some() {
+            refuse_loops(model, "a tolerance")?;
+        }
+        if options.algorithm == Some(Algorithm::Dca) {
+            refuse_loops(model, "divide and conquer")?;
+        }
         let algorithm = match options.algorithm {
             Some(algorithm) => algorithm,
+            None if loops.is_some() => Algorithm::Aba,
             None if dca_s < aba_s => Algorithm::Dca,
             None => Algorithm::Aba,
         };
@@ -227,6 +242,7 @@ impl Solver {
                 dca_s,
             },
             memory,
+            loops,
         })
     }
 
@@ -240,7 +256,7 @@ impl Solver {
     ///
     /// Where divide and conquer was not asked for and refuses ([`Error::Unjoined`],
     /// [`Error::SingularJoint`]), the articulated-body algorithm has the last word, so that what can
-    /// be computed does not depend on the number of threads.
+    /// be computed does not depend on the number of threads. Loops and couplings of the model are kept.
     ///
     /// # Errors
     /// As [`aba`](crate::aba) and [`dca`](crate::dca); with a tolerance, [`Error::ToleranceMissed`].
@@ -252,8 +268,13 @@ impl Solver {
     ) -> Result<&[f64], Error> {
         match &mut self.memory {
             Memory::Chosen { method, otherwise } => {
-                Self::solve(&self.choice, (method, otherwise), model, state, forces)?
-                    .accelerations()
+                let solved = Self::solve(&self.choice, (method, otherwise), model, state, forces)?;
+                match (&mut self.loops, solved) {
+                    (Some(loops), Method::Aba(workspace)) => {
+                        loops.constrain(model, state, workspace)
+                    }
+                    (_, solved) => solved.accelerations(),
+                }
             }
             Memory::ToTolerance(ladder) => ladder.solve(model, state, forces),
         }
@@ -284,6 +305,61 @@ impl Solver {
                     }),
                 )
             }
+        }
+    }
+
+    /// Moves a state until its loops are closed and stay so; `forces` act where new factors are needed.
+    pub(crate) fn close(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        forces: &Forces,
+    ) -> Result<(), Error> {
+        let mut open = (0, 0.0);
+        for _ in 0..CLOSING_ATTEMPTS {
+            let (
+                Some(loops),
+                Memory::Chosen {
+                    method: Method::Aba(workspace),
+                    ..
+                },
+            ) = (&mut self.loops, &mut self.memory)
+            else {
+                return Ok(());
+            };
+            match loops.close(model, state, workspace) {
+                None => return Ok(()),
+                Some(found) => open = found,
+            }
+            self.forward_dynamics(model, state, forces)?;
+        }
+        Err(Error::LoopNotClosed {
+            name: (self.loops.as_ref())
+                .map_or(String::new(), |loops| loops.name(open.0).to_owned()),
+            violation: open.1,
+            time: state.time,
+        })
+    }
+
+    /// Whether the model has loops or couplings.
+    pub(crate) const fn has_loops(&self) -> bool {
+        self.loops.is_some()
+    }
+
+    /// How far a state is from closed; none without loops.
+    pub(crate) fn loop_violation(&mut self, model: &Model, state: &State) -> Option<LoopViolation> {
+        Some(self.loops.as_mut()?.violation(model, state))
+    }
+
+    /// The forces of loops in the last solution.
+    pub(crate) fn loop_forces(&mut self, model: &Model) -> LoopForces {
+        (self.loops.as_mut()).map_or_else(LoopForces::default, |loops| loops.forces(model))
+    }
+
+    /// Adds the forces of loops in the last solution to those that act.
+    pub(crate) fn add_loop_forces(&mut self, model: &Model, forces: &mut Forces) {
+        if let Some(loops) = &mut self.loops {
+            loops.act(model, forces);
         }
     }
 

@@ -12,9 +12,10 @@ pub use glam;
 #[cfg(feature = "urdf")]
 pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
-    self as assembly, Body, BodyDescription, BodyId, Frame, FrameDescription, Joint, JointKind,
-    JointLimits, MassProperties, Mimic, Model, ModelDescription, ModelError, NotSimulated, Random,
-    State, Units, generate, schedule,
+    self as assembly, Body, BodyDescription, BodyId, Closure, Coupling, CouplingDescription, Frame,
+    FrameDescription, Joint, JointKind, JointLimits, Loop, LoopDescription, MassProperties, Mimic,
+    Model, ModelDescription, ModelError, NotSimulated, Random, State, Units, generate, mechanism,
+    schedule,
 };
 pub use vertebra_collision::{
     self as collision, ClassifiedPair, ClosePair, Collider, Culling, Curve, CurvePoint, Curves,
@@ -22,11 +23,13 @@ pub use vertebra_collision::{
     Query, QueryError, RelativePose, SelfQuery, Side, Solid, Statistics, TriangleMesh, write_ply,
 };
 pub use vertebra_dynamics::{
-    self as dynamics, Achieved, Algorithm, Batch, BodyForce, BodyMotion, Check, Choice, DcaOptions,
-    DcaWorkspace, Error, Forces, Integrator, Mechanics, Monitor, Precision, Refinement, Residual,
-    Simulation, Solved, Solver, SolverOptions, Workspace, Wrench, aba, aba_batch, body_poses, crba,
-    crba_forward_dynamics, dca, forward_error, forward_kinematics, joint_wrenches, mechanics,
-    refine, residual, rnea,
+    self as dynamics, Achieved, Algorithm, Batch, BodyForce, BodyMotion, BodyPoint, Centroidal,
+    Check, Choice, DcaOptions, DcaWorkspace, Derivatives, Error, Forces, Integrator, LoopForces,
+    LoopViolation, Mechanics, Monitor, Precision, Refinement, Residual, Simulation, Solved, Solver,
+    SolverOptions, Workspace, Wrench, aba, aba_batch, aba_derivatives, body_poses, centroidal,
+    crba, crba_forward_dynamics, dca, forward_error, forward_kinematics,
+    inverse_operational_inertia, joint_wrenches, mechanics, operational_inertia, refine, residual,
+    rnea, rnea_derivatives,
 };
 #[cfg(feature = "gpu")]
 pub use vertebra_gpu as gpu;

@@ -230,6 +230,8 @@ fn culprit(error: &ModelError) -> (Option<&str>, bool) {
         | ModelError::NonPhysicalInertia { body, .. }
         | ModelError::DuplicateName { name: body } => (Some(body), false),
         ModelError::Empty { .. }
+        | ModelError::SelfLoop { .. }
+        | ModelError::CoupledFreedoms { .. }
         | ModelError::TooLarge { .. }
         | ModelError::UnsupportedVersion { .. }
         | ModelError::EmptyName { .. }

@@ -92,6 +92,7 @@ impl Batch {
     /// Takes memory for so many items, all in the neutral state at time 0, without forces but gravity.
     ///
     /// # Errors
+    /// [`Error::LoopsUnavailable`] for a model with loops or couplings;
     /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::PrecisionUnavailable`] of
     /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`]; [`Error::Gpu`].
     pub fn new(
@@ -100,6 +101,7 @@ impl Batch {
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
+        crate::loops::refuse_loops(model, "a GPU")?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),

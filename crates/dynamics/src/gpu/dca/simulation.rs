@@ -103,10 +103,11 @@ impl Simulation {
     /// Uploads a model, in the neutral state.
     ///
     /// # Errors
-    /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
+    /// [`Error::LoopsUnavailable`] for a model with loops or couplings; [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Model`] for a bad schedule; [`Error::Gpu`], among
     /// others where a buffer exceeds the adapter's limits.
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
+        crate::loops::refuse_loops(model, "a GPU")?;
         let precisions = precisions(device, options)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
