@@ -1,7 +1,5 @@
 //! Loops and couplings: what is refused, and that models are saved with them.
 
-#![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
-
 use glam::DVec3;
 use vertebra_assembly::{
     Closure, Joint, MassProperties, Model, ModelDescription, ModelError, mechanism,

@@ -25,7 +25,7 @@ pub struct Simulation {
     workspace: Option<Workspace>,
     stages: Stages,
     monitor: Option<Monitor>,
-    /// The forces and those of the loops, once [`solve`](Self::solve) has been called.
+    /// The forces and those of the loops at the last [`solve`](Self::solve), if there are loops.
     held: Option<Forces>,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
@@ -269,10 +269,14 @@ impl Simulation {
     /// [`Error`] as for a step.
     pub fn solve(&mut self) -> Result<&Workspace, Error> {
         self.posed = false;
-        self.held = None;
         if self.solver.has_loops() {
             (self.solver).forward_dynamics(&self.model, &self.state, &self.forces)?;
-            let held = self.held.insert(self.forces.clone());
+            let held = (self.held).get_or_insert_with(|| Forces::none(&self.model));
+            held.joint.clone_from(&self.forces.joint);
+            held.clear_external();
+            for &(body, wrench) in self.forces.external() {
+                held.push(body, wrench);
+            }
             self.solver.add_loop_forces(&self.model, held);
         }
         let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);

@@ -156,7 +156,7 @@ pub struct Solver {
 
 /// How often factors are refreshed on the way to closed loops: from far away each time is a step of Newton's
 /// method.
-const CLOSING_ATTEMPTS: usize = 40;
+const CLOSING_ATTEMPTS: usize = 100;
 
 #[derive(Clone, Debug)]
 enum Memory {
@@ -315,6 +315,19 @@ impl Solver {
         state: &mut State,
         forces: &Forces,
     ) -> Result<(), Error> {
+        let closed = self.close_from(model, state, forces);
+        if let Some(loops) = &mut self.loops {
+            loops.end_closing();
+        }
+        closed
+    }
+
+    fn close_from(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        forces: &Forces,
+    ) -> Result<(), Error> {
         let mut open = (0, 0.0);
         for _ in 0..CLOSING_ATTEMPTS {
             let (
@@ -330,6 +343,9 @@ impl Solver {
             match loops.close(model, state, workspace) {
                 None => return Ok(()),
                 Some(found) => open = found,
+            }
+            if open.1.is_infinite() {
+                break;
             }
             self.forward_dynamics(model, state, forces)?;
         }

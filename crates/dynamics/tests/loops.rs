@@ -19,16 +19,8 @@ fn simulation(model: &Model, state: &State, integrator: Integrator) -> Simulatio
     simulation
 }
 
-/// What becomes of energy without friction.
-#[derive(Clone, Copy, PartialEq)]
-enum Energy {
-    IsKept,
-    /// The start is singular: rates that it allows are forbidden nearby, and stop there at once.
-    MayBeLost,
-}
-
 /// Steps under gravity: stays closed, and with Runge-Kutta steps keeps its energy.
-fn swing(model: &Model, state: &State, h: f64, steps: usize, energy: Energy) {
+fn swing(model: &Model, state: &State, h: f64, steps: usize) {
     for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
         let mut simulation = simulation(model, state, integrator);
         let start = simulation.loop_violation().unwrap();
@@ -55,15 +47,14 @@ fn swing(model: &Model, state: &State, h: f64, steps: usize, energy: Energy) {
             model.name()
         );
         let after = simulation.mechanics().unwrap();
-        let gained = (after.kinetic_energy + after.potential_energy - before) / largest;
+        let drift = (after.kinetic_energy + after.potential_energy - before).abs() / largest;
         let bound = match integrator {
             Integrator::RungeKutta4 => 1e-5,
             _ => 0.1,
         };
-        let lost = energy == Energy::MayBeLost || gained >= -bound;
         assert!(
-            lost && gained <= bound,
-            "{}, {integrator:?}: energy grows by {gained:e}",
+            drift <= bound,
+            "{}, {integrator:?}: energy drifts by {drift:e}",
             model.name()
         );
     }
@@ -72,29 +63,38 @@ fn swing(model: &Model, state: &State, h: f64, steps: usize, energy: Energy) {
 #[test]
 fn four_bars_and_five_bars() {
     let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
-    swing(&model, &state, 1e-3, 1500, Energy::IsKept);
+    swing(&model, &state, 1e-3, 1500);
     let (model, state) = mechanism::five_bar().unwrap();
-    swing(&model, &state, 1e-3, 1000, Energy::IsKept);
+    swing(&model, &state, 1e-3, 1000);
 }
 
 #[test]
 fn overconstrained_linkages_move() {
     let (model, state) = mechanism::bennett().unwrap();
-    swing(&model, &state, 1e-3, 1000, Energy::IsKept);
+    swing(&model, &state, 1e-3, 1000);
     let (model, state) = mechanism::bricard().unwrap();
-    swing(&model, &state, 1e-3, 500, Energy::IsKept);
+    swing(&model, &state, 1e-3, 500);
 }
 
 #[test]
 fn a_leg_of_a_strandbeest() {
     let (model, state) = mechanism::jansen_leg().unwrap();
-    swing(&model, &state, 5e-4, 800, Energy::IsKept);
+    swing(&model, &state, 5e-4, 800);
 }
 
+/// From a bulge. Flat, the patch is singular: it has rates there that are forbidden nearby.
 #[test]
 fn chain_mail_hangs_together() {
-    let (model, state) = mechanism::chain_mail(3, 4).unwrap();
-    swing(&model, &state, 1e-3, 300, Energy::MayBeLost);
+    let (model, mut state) = mechanism::chain_mail(3, 4).unwrap();
+    for ring in 0..12 {
+        state.q[7 * ring + 1] = 0.03 * (1.0 + ring as f64).sin();
+    }
+    state.qd.fill(0.0);
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    simulation.set_state(state).unwrap();
+    simulation.close_loops().unwrap();
+    let state = simulation.state().clone();
+    swing(&model, &state, 1e-3, 200);
 }
 
 /// Legs that push as springs do carry the platform.

@@ -47,6 +47,11 @@ struct Readme;
 #[doc = include_str!("../../../docs/gpu.md")]
 struct Guide;
 
+/// The example of the guide to closed loops, compiled and run with the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/loops.md")]
+struct Loops;
+
 #[cfg(test)]
 mod tests {
     #[test]

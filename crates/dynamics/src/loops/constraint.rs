@@ -23,16 +23,9 @@ pub(super) struct Constraint {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Loop {
-        ends: [Option<End>; 2],
-        /// Where the frames of ends without a body are, in the world.
-        placements: [Transform<f64>; 2],
-        equations: Vec<Equation>,
-        /// The longest link of the loop, in the model's lengths.
-        size: f64,
-    },
+    Loop(Box<Closing>),
     Coupling {
-        /// q, rate of the joint's q as a coordinate in the model's units; of the follower, then of the other.
+        /// Where the coordinates of the follower and of the other are in q.
         positions: [usize; 2],
         /// Entries of the row that are not zero.
         entries: [(usize, f64); 2],
@@ -43,6 +36,17 @@ enum Kind {
         /// e in the model's units.
         value: f64,
     },
+}
+
+/// A loop.
+#[derive(Clone, Debug)]
+struct Closing {
+    ends: [Option<End>; 2],
+    /// Where the frames of ends without a body are, in the world.
+    placements: [Transform<f64>; 2],
+    equations: Vec<Equation>,
+    /// The longest link of the loop, in the model's lengths.
+    size: f64,
 }
 
 /// One side of a loop.
@@ -137,12 +141,12 @@ impl Constraint {
             dofs: dofs_of(s, &bodies),
             bodies,
             start: 0,
-            kind: Kind::Loop {
+            kind: Kind::Loop(Box::new(Closing {
                 ends,
                 placements,
                 equations,
                 size: if size > 0.0 { size } else { 1.0 },
-            },
+            })),
         }
     }
 
@@ -198,16 +202,16 @@ impl Constraint {
     pub(super) fn first_dof(&self) -> usize {
         match self.kind {
             Kind::Coupling { entries, .. } => self.dofs[entries[0].0],
-            Kind::Loop { .. } => self.dofs.first().copied().unwrap_or(0),
+            Kind::Loop(_) => self.dofs.first().copied().unwrap_or(0),
         }
     }
 
     /// What a row's values are measured by.
     pub(super) fn size_of(&self, row: usize) -> f64 {
         match &self.kind {
-            Kind::Loop {
-                equations, size, ..
-            } if equations[row - self.rows.start].is_length() => *size,
+            Kind::Loop(closing) if closing.equations[row - self.rows.start].is_length() => {
+                closing.size
+            }
             _ => 1.0,
         }
     }
@@ -239,7 +243,12 @@ impl Constraint {
         jacobian: &mut [f64],
     ) {
         let first = self.rows.start;
-        let (ends, placements, equations) = match &self.kind {
+        let Closing {
+            ends,
+            placements,
+            equations,
+            ..
+        } = match &self.kind {
             Kind::Coupling { entries, value, .. } => {
                 let row = &mut jacobian[self.entries(first)];
                 row.fill(0.0);
@@ -253,12 +262,7 @@ impl Constraint {
                     .sum();
                 return;
             }
-            Kind::Loop {
-                ends,
-                placements,
-                equations,
-                ..
-            } => (ends, placements, equations),
+            Kind::Loop(closing) => &**closing,
         };
         let sides = [0, 1].map(|k| side(s, ends[k].as_ref(), &placements[k], accelerating));
         let [(a, arm_a), (b, arm_b)] = &sides;
@@ -287,29 +291,32 @@ impl Constraint {
     }
 
     /// Where a loop's force acts: body, point in the body's frame in the model's lengths, and sign.
-    pub(super) fn points(&self, s: &Sweeps<f64>) -> Vec<(BodyId, Vec3<f64>, f64)> {
-        let Kind::Loop {
-            ends, placements, ..
-        } = &self.kind
-        else {
-            return Vec::new();
+    pub(super) fn points(&self, s: &Sweeps<f64>) -> impl Iterator<Item = (BodyId, Vec3<f64>, f64)> {
+        let points = match &self.kind {
+            Kind::Loop(closing) => closing.points(s),
+            Kind::Coupling { .. } => [None, None],
         };
-        let [(a, arm_a), (b, arm_b)] =
-            [0, 1].map(|k| side(s, ends[k].as_ref(), &placements[k], false));
+        points.into_iter().flatten()
+    }
+}
+
+impl Closing {
+    fn points(&self, s: &Sweeps<f64>) -> [Option<(BodyId, Vec3<f64>, f64)>; 2] {
+        let sides = [0, 1].map(|k| side(s, self.ends[k].as_ref(), &self.placements[k], false));
+        let [(a, arm_a), (b, arm_b)] = &sides;
         let reach = b.placement.translation - a.placement.translation;
-        let mut points = Vec::new();
-        for ((end, arm), sign) in ends.iter().zip([arm_a + reach, arm_b]).zip([-1.0, 1.0]) {
-            if let Some(end) = end {
-                let in_joint_frame = s.rotation[end.body].transpose_mul(arm);
-                let point = s.frames[end.body].placement.inverse().point(in_joint_frame);
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    reason = "models have no more than u32::MAX bodies"
-                )]
-                points.push((BodyId(end.body as u32), point, sign));
-            }
-        }
-        points
+        let arms = [*arm_a + reach, *arm_b];
+        [0, 1].map(|k| {
+            let body = self.ends[k].as_ref()?.body;
+            let in_joint_frame = s.rotation[body].transpose_mul(arms[k]);
+            let point = s.frames[body].placement.inverse().point(in_joint_frame);
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "models have no more than u32::MAX bodies"
+            )]
+            let id = BodyId(body as u32);
+            Some((id, point, [-1.0, 1.0][k]))
+        })
     }
 }
 

@@ -108,9 +108,7 @@ mod tests {
     fn solutions_satisfy_their_equations() {
         let mut random = Random::new(3);
         for order in [1, 2, 5, 17, 60] {
-            let first: Vec<usize> = (0..order)
-                .map(|row| row - (random.symmetric().abs() * (row + 1) as f64) as usize)
-                .collect();
+            let first: Vec<usize> = (0..order).map(|row| row - random.below(row + 1)).collect();
             let mut matrix = Envelope::new(first.clone());
             for row in 0..order {
                 let length = row + 1 - first[row];

@@ -37,8 +37,11 @@ use envelope::Envelope;
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{Force, Motion};
 
-/// mu over the largest diagonal entry of A.
+/// mu over the largest diagonal entry of A, for loops that are nearly closed.
 const PROXIMAL: f64 = 1e-8;
+
+/// The same for loops that are wide open.
+const LARGEST_PROXIMAL: f64 = 1e-2;
 
 /// Proximal iterations at most.
 const ITERATIONS: usize = 20;
@@ -93,10 +96,13 @@ pub(crate) struct Loops {
     residual: Vec<f64>,
     multipliers: Vec<f64>,
     change: Vec<f64>,
+    right: Vec<f64>,
     /// J and Y, row after row, each with the freedoms of its constraint.
     jacobian: Vec<f64>,
     whitened: Vec<f64>,
     matrix: Envelope,
+    /// mu of the next factor.
+    proximal: f64,
     /// One entry a freedom: a row spread out, forces and what they cause, accelerations.
     spread: Vec<f64>,
     joint: Vec<f64>,
@@ -134,10 +140,12 @@ impl Loops {
             row_scales: zeros.clone(),
             residual: zeros.clone(),
             multipliers: zeros.clone(),
-            change: zeros,
+            change: zeros.clone(),
+            right: zeros,
             jacobian: vec![0.0; entries],
             whitened: vec![0.0; entries],
             matrix: Envelope::new(first),
+            proximal: PROXIMAL,
             spread: vec![0.0; dofs],
             joint: vec![0.0; dofs],
             qdd: vec![0.0; dofs],
@@ -170,8 +178,8 @@ impl Loops {
         let mut last = f64::INFINITY;
         for _ in 0..ITERATIONS {
             let left = largest(&self.residual);
-            // Also where it is not a number.
-            if left <= rounding || !(left < 0.5 * last) {
+            let gained = left < 0.5 * last;
+            if left <= rounding || !gained {
                 break;
             }
             last = left;
@@ -209,6 +217,10 @@ impl Loops {
                 break;
             }
             if !gained || iteration == PROJECTIONS {
+                // Far from closed, Newton's steps are shortened in the directions that give little, by the square of
+                // what is left (Yamashita and Fukushima, Computing Suppl. 15, 2001): that keeps them quadratic.
+                let square = violation * violation;
+                self.proximal = square.clamp(PROXIMAL, LARGEST_PROXIMAL);
                 return Some((worst, violation));
             }
             last = violation;
@@ -220,6 +232,11 @@ impl Loops {
         }
         self.close_rates(state, workspace);
         None
+    }
+
+    /// Forgets how far open the loops were.
+    pub(crate) const fn end_closing(&mut self) {
+        self.proximal = PROXIMAL;
     }
 
     /// Takes the part of the rates out that opens the loops; the state is the one placed last.
@@ -235,7 +252,8 @@ impl Loops {
             self.subtract_response();
             let speed = largest(&self.joint) * largest(&self.row_scales);
             let left = largest(&self.residual);
-            if left <= 4.0 * f64::EPSILON * speed || !(left < 0.5 * last) {
+            let gained = left < 0.5 * last;
+            if left <= 4.0 * f64::EPSILON * speed || !gained {
                 break;
             }
             last = left;
@@ -337,11 +355,11 @@ impl Loops {
     /// other by rounding, each iteration has left some of that there.
     fn take_least_norm(&mut self) {
         self.times_matrix();
-        let right = self.change.clone();
+        self.right.copy_from_slice(&self.change);
         self.multipliers.fill(0.0);
         for _ in 0..4 {
             self.times_matrix();
-            for (change, &right) in self.change.iter_mut().zip(&right) {
+            for (change, &right) in self.change.iter_mut().zip(&self.right) {
                 *change = right - *change;
             }
             self.matrix.solve(&mut self.change);
@@ -437,13 +455,13 @@ impl Loops {
                             product * self.row_scales[column];
                     }
                 }
-                self.matrix.row_mut(row)[row - first] += PROXIMAL;
+                self.matrix.row_mut(row)[row - first] += self.proximal;
                 for &dof in &constraint.dofs {
                     self.spread[dof] = 0.0;
                 }
             }
         }
-        self.matrix.factor(0.5 * PROXIMAL);
+        self.matrix.factor(0.5 * self.proximal);
     }
 
     /// lambda = (A + mu 1)^-1 residual into `change`, scaled, and H^-1 J' lambda into `joint`.
@@ -494,9 +512,11 @@ impl Loops {
         for (index, constraint) in self.constraints.iter().enumerate() {
             for row in constraint.rows.clone() {
                 let left = (self.values[row] / constraint.size_of(row)).abs();
-                // A number that is none counts as the worst.
-                if !(left <= violation) {
+                if left > violation {
                     (worst, violation) = (index, left);
+                }
+                if left.is_nan() {
+                    return (index, f64::INFINITY, 0.0);
                 }
             }
             rounding = rounding.max(8.0 * f64::EPSILON * (4 + constraint.bodies.len()) as f64);
