@@ -61,7 +61,7 @@ pub fn write_frames(
         .with_integrator(Integrator::RungeKutta4);
     let mut frames = vec![frame(&mut simulation)?];
     let mut moved = Ok(());
-    while moved.is_ok() && simulation.state().time < DURATION && !interrupt.requested() {
+    while moved.is_ok() && simulation.time() < DURATION && !interrupt.requested() {
         moved = next_frame(&mut simulation).map(|frame| frames.push(frame));
     }
     let model = &subject.model;
@@ -86,7 +86,7 @@ pub fn write_frames(
         );
     }
     moved.with_context(|| {
-        let time = simulation.state().time;
+        let time = simulation.time();
         format!(
             "the motion ended at {time:.4} s of {DURATION} s; {} holds it until then",
             path.display()
@@ -110,7 +110,7 @@ fn frame(simulation: &mut Simulation) -> anyhow::Result<Frame> {
         poses.push([p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
     }
     Ok(Frame {
-        time: simulation.state().time,
+        time: simulation.time(),
         energy: sums.kinetic_energy + sums.potential_energy,
         poses,
     })

@@ -12,11 +12,14 @@
 pub mod accuracy;
 pub mod cli;
 pub mod compare;
+mod crossover;
 pub mod csv;
 pub mod export;
 pub mod frames;
+pub mod fuzz;
 pub mod interrupt;
 pub mod measure;
+pub mod motion;
 pub mod peers;
 pub mod plot;
 pub mod progress;

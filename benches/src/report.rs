@@ -1,6 +1,7 @@
 //! `report.md`: the run as a page, each scenario's table beside the source's published times, and
 //! the plots.
 
+use crate::crossover::crossovers;
 use crate::plot::Plot;
 use crate::row::Row;
 use crate::table::{Grid, by_scenario, escape_markdown, machines};
@@ -57,6 +58,9 @@ pub(crate) fn to_markdown(rows: &[Row], plots: &[Plot]) -> String {
         ));
         text.push_str(&Grid::of_rows(&rows).markdown());
         text.push('\n');
+        for line in crossovers(&rows) {
+            text.push_str(&format!("{}.\n\n", escape_markdown(&line)));
+        }
         let notes = notes(&rows);
         if !notes.is_empty() {
             text.push_str(&format!("- {}\n\n", notes.join("\n- ")));

@@ -16,6 +16,7 @@ pub mod gpu;
 pub mod loops;
 pub mod meshes;
 pub mod model;
+pub mod needs;
 pub mod published;
 pub mod queries;
 pub mod reference;

@@ -97,6 +97,7 @@ pub const OTHERS: &[(&str, Check)] = &[
     ("forward_errors", seeds::forward_errors),
     ("mesh_pairs", gold_meshes::pairs),
     ("loop_violations", loops::violations),
+    ("no_nan", crate::fuzz::no_nan),
 ];
 
 /// The larger of two errors; NaN, which `f64::max` would drop, is the worst.

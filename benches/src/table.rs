@@ -5,6 +5,7 @@ pub(crate) mod format;
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, LineStyle, Table};
 
+use crate::crossover::crossovers;
 use crate::row::Row;
 use format::{count, error_figure, rate, seconds, spread, times};
 
@@ -250,6 +251,9 @@ pub fn to_table(rows: &[Row]) -> String {
             "\n{scenario} (size in {unit})\n{}\n",
             Grid::of_rows(&rows).terminal()
         ));
+        for line in crossovers(&rows) {
+            text.push_str(&format!("{line}\n"));
+        }
     }
     text
 }

@@ -121,6 +121,11 @@ const fn batch_for(workgroup: [u32; 3]) -> Kernel {
         "batch",
         &[
             include_str!("../wgsl/batch/batch.wgsl"),
+            include_str!("../wgsl/batch/memory.wgsl"),
+            include_str!("../wgsl/batch/look.wgsl"),
+            include_str!("../wgsl/batch/descend.wgsl"),
+            include_str!("../wgsl/batch/ascend.wgsl"),
+            include_str!("../wgsl/batch/respond.wgsl"),
             PLAN,
             SPATIAL,
             CHOLESKY,

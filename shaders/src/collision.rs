@@ -3,149 +3,14 @@
 //!
 //! What they are for, and how they fit together, stands in `vertebra-collision`, which records them.
 
-use bytemuck::{Pod, Zeroable};
+mod layout;
+
 use vertebra_gpu::{Binding, Kernel, STATUS};
 
-/// Triangles of a block, and children of a node.
-pub const WIDTH: usize = 8;
-
-/// The index of a triangle that fills up the last block.
-pub const NONE: u32 = u32::MAX;
-
-/// Coordinates are multiplied by this on the device.
-pub const SCALE: f32 = 0.031_25;
-
-/// Words of the record of an undecided pair: triangle of A, triangle of B, job, and the coordinates
-/// of the corners.
-pub const RECORD: usize = 21;
-
-/// Pairs of blocks that a workgroup of [`narrow`] takes at a time.
-pub const PAIRS_A_ROUND: u32 = 4;
-
-/// Blocks of A, and of B, that a workgroup of [`BLOCK_PAIRS`] takes.
-pub const TILE: u32 = 64;
-
-/// Children that a workgroup of [`FIT_LEAVES`] and [`FIT_NODES`] takes.
-pub const FIT: u32 = 256;
-
-/// A question about two meshes: where B stands, seen from A, and which blocks they have.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Job {
-    /// Row k: the matrix entries of coordinate k, and the translation in units of the device.
-    pub rows: [[f32; 4]; 3],
-    /// Error of a posed coordinate, in units of the sum of magnitudes.
-    pub coordinate_error: f32,
-    /// Error of a rotated edge, in units of the sum of magnitudes.
-    pub edge_error: f32,
-    /// The first workgroup of this job in a dispatch over the blocks of all.
-    pub first_group: u32,
-    /// 1 if the meshes are one, and a triangle is paired with those behind it.
-    pub itself: u32,
-    /// First block of A.
-    pub a_first: u32,
-    /// Number of blocks of A.
-    pub a_blocks: u32,
-    /// First block of B.
-    pub b_first: u32,
-    /// Number of blocks of B.
-    pub b_blocks: u32,
-    /// The pose of A, where poses come from a buffer.
-    pub a_pose: u32,
-    /// The pose of B.
-    pub b_pose: u32,
-    /// Fills up the alignment.
-    pub unused: [u32; 2],
-}
-
-/// What [`BLOCK_PAIRS`] works on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Sizes {
-    /// Number of jobs.
-    pub jobs: u32,
-    /// Workgroups of all jobs.
-    pub groups: u32,
-    /// Places in the queue.
-    pub queue: u32,
-}
-
-/// What [`narrow`] has room for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Places {
-    /// Places in the queue.
-    pub queue: u32,
-    /// Places for hits.
-    pub hits: u32,
-    /// Places for undecided pairs.
-    pub undecided: u32,
-    /// The word at which undecided pairs begin.
-    pub undecided_at: u32,
-    /// Words of an answer for one job, or of a row of the matrix.
-    pub answer: u32,
-    /// Words of the part of it that is about A.
-    pub answer_a: u32,
-    /// First row of the matrix.
-    pub row: u32,
-    /// Number of its rows.
-    pub rows: u32,
-}
-
-/// The levels that one dispatch of [`FIT_LEAVES`] or [`FIT_NODES`] is about.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Levels {
-    /// Number of children.
-    pub children: u32,
-    /// The first child.
-    pub children_at: u32,
-    /// Number of parents.
-    pub parents: u32,
-    /// The first parent.
-    pub parents_at: u32,
-    /// Number of grandparents; none are written if it is zero.
-    pub grandparents: u32,
-    /// The first grandparent.
-    pub grandparents_at: u32,
-}
-
-/// Levels that a [`Tree`] can have, blocks included: enough for 2^32 triangles.
-pub const LEVELS: usize = 12;
-
-/// The tree that [`TREE_PAIRS`] descends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Tree {
-    /// The level of the root.
-    pub top: u32,
-    /// Fills up the alignment.
-    pub unused: [u32; 3],
-    /// Where each level begins, how many nodes it has, and two words more.
-    pub levels: [[u32; 4]; LEVELS],
-}
-
-/// What [`MORTON`] and [`ARRANGE`] work on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Mesh {
-    /// Number of triangles.
-    pub triangles: u32,
-    /// The node whose box is that of the mesh.
-    pub root: u32,
-}
-
-/// What [`PLACE_BODIES`] works on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Bodies {
-    /// Number of jobs.
-    pub jobs: u32,
-}
-
-/// Words of a pose that [`PLACE_BODIES`] reads: quaternion x, y, z, w; translation; one that does not
-/// count.
-pub const POSE: usize = 8;
+pub use layout::{
+    Bodies, COUNTERS, EXPANDED_A_ROUND, FIT, HILBERT_BITS, Job, LEVELS, Levels, MOLLER_TILE, Mesh,
+    NONE, PAIRS_A_ROUND, POSE, Places, RECORD, SCALE, Sizes, Split, TILE, Tolerance, Tree, WIDTH,
+};
 
 /// What becomes of the pairs that meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -187,9 +52,13 @@ const MESH: &str = include_str!("../wgsl/collision/mesh.wgsl");
 const TREE: &str = include_str!("../wgsl/collision/tree.wgsl");
 const QUEUE: &str = include_str!("../wgsl/collision/queue.wgsl");
 const BOX_POSE: &str = include_str!("../wgsl/collision/box_pose.wgsl");
+const SIZES: &str = include_str!("../wgsl/collision/sizes.wgsl");
 const JOB_OF: &str = include_str!("../wgsl/collision/job_of.wgsl");
+const LEVELS_PART: &str = include_str!("../wgsl/collision/levels.wgsl");
+const VERDICTS: &str = include_str!("../wgsl/collision/verdicts.wgsl");
 const PLACES: &str = include_str!("../wgsl/collision/places.wgsl");
 const COUNTS: &str = include_str!("../wgsl/collision/counts.wgsl");
+const SPLIT_PART: &str = include_str!("../wgsl/collision/split.wgsl");
 const FIT_PART: &str = include_str!("../wgsl/collision/fit.wgsl");
 
 /// Bytes of a vector of three in workgroup memory.
@@ -207,52 +76,51 @@ pub const PLACE_BODIES: Kernel = Kernel::new(
     [64, 1, 1],
 );
 
-/// Pairs of blocks whose boxes overlap, from every block of A against every block of B.
+/// What kernels that find pairs of nodes are given; the last only those that read pairs too.
+const PAIR_BINDINGS: [Binding; 7] = [
+    Binding::uniform::<Sizes>("sizes"),
+    Binding::read::<Job>("jobs"),
+    Binding::read::<[f32; 4]>("boxes_a"),
+    Binding::read::<[f32; 4]>("boxes_b"),
+    Binding::read_write::<u32>("queue"),
+    Binding::read_write::<u32>("counts"),
+    Binding::read::<u32>("parents"),
+];
+
+/// Pairs of nodes of a level whose boxes overlap, from every node of A against every node of B.
 pub const BLOCK_PAIRS: Kernel = Kernel::new(
     "block_pairs",
     &[
         include_str!("../wgsl/collision/block_pairs.wgsl"),
         QUEUE,
+        SIZES,
         JOB_OF,
+        LEVELS_PART,
         BOX_POSE,
         MESH,
         COUNTS,
     ],
-    &[
-        Binding::uniform::<Sizes>("sizes"),
-        Binding::read::<Job>("jobs"),
-        Binding::read::<[f32; 4]>("boxes_a"),
-        Binding::read::<[f32; 4]>("boxes_b"),
-        Binding::read_write::<u32>("queue"),
-        Binding::read_write::<u32>("counts"),
-    ],
+    PAIR_BINDINGS.split_at(6).0,
     [64, 1, 1],
 )
 .workgroup_memory_of(2 * TILE * VECTOR);
 
-/// The same pairs from every block of B down the tree of A.
-pub const TREE_PAIRS: Kernel = Kernel::new(
-    "tree_pairs",
+/// The pairs of a level from those of the level above.
+pub const EXPAND_PAIRS: Kernel = Kernel::new(
+    "expand_pairs",
     &[
-        include_str!("../wgsl/collision/tree_pairs.wgsl"),
-        TREE,
+        include_str!("../wgsl/collision/expand_pairs.wgsl"),
         QUEUE,
-        JOB_OF,
+        SIZES,
+        LEVELS_PART,
         BOX_POSE,
         MESH,
         COUNTS,
     ],
-    &[
-        Binding::uniform::<Sizes>("sizes"),
-        Binding::read::<Job>("jobs"),
-        Binding::read::<[f32; 4]>("boxes_a"),
-        Binding::read::<[f32; 4]>("boxes_b"),
-        Binding::read_write::<u32>("queue"),
-        Binding::read_write::<u32>("counts"),
-        Binding::uniform::<Tree>("tree"),
-    ],
+    &PAIR_BINDINGS,
     [64, 1, 1],
-);
+)
+.workgroup_memory_of(2 * 64 * VECTOR + 12);
 
 /// Needs an answer, and a judge.
 const NARROW: Kernel = Kernel::new(
@@ -260,6 +128,7 @@ const NARROW: Kernel = Kernel::new(
     &[
         include_str!("../wgsl/collision/narrow.wgsl"),
         include_str!("../wgsl/collision/decide.wgsl"),
+        VERDICTS,
         PLACES,
         MESH,
         COUNTS,
@@ -272,17 +141,46 @@ const NARROW: Kernel = Kernel::new(
         Binding::read::<[u32; 4]>("leaves_a"),
         Binding::read::<u32>("vertices_b"),
         Binding::read::<[u32; 4]>("leaves_b"),
-        Binding::read_write::<u32>("counts"),
         Binding::read_write::<u32>("found"),
+        Binding::read_write::<u32>("undecided"),
     ],
     [64, 1, 1],
 )
 // Names; boxes and corners; edges of B and their errors; the list; two counters.
 .workgroup_memory_of(4 * 64 + 5 * 64 * VECTOR + 32 * (2 * VECTOR + 8) + 4 * 256 + 8);
 
+/// Needs an answer.
+const SETTLE: Kernel = Kernel::new(
+    "settle",
+    &[
+        include_str!("../wgsl/collision/settle.wgsl"),
+        include_str!("../wgsl/collision/integers.wgsl"),
+        VERDICTS,
+        PLACES,
+        MESH,
+        COUNTS,
+    ],
+    &[
+        Binding::uniform::<Places>("places"),
+        Binding::read::<Job>("jobs"),
+        Binding::read::<u32>("records"),
+        Binding::read_write::<u32>("found"),
+        Binding::read_write::<u32>("left"),
+    ],
+    [64, 1, 1],
+)
+.workgroup_memory_of(4);
+
+/// Decides in integers what [`narrow`] left undecided, where nothing is posed; the rest is left to the host. The constant
+/// `LEAVE_HITS` leaves pairs that meet to it too.
+#[must_use]
+pub fn settle(answer: Answer) -> Kernel {
+    SETTLE.with(answer.part())
+}
+
 /// Decides the pairs of triangles of the queued pairs of blocks; of a mesh and itself, each pair once
-/// and neighbours only where they meet beyond their common corners. The constant `LEAVE_HITS` leaves
-/// pairs that meet to the host like the undecided.
+/// and neighbours only where they meet beyond their common corners. The constant `LEAVE_HITS` lists
+/// pairs that meet like the undecided.
 #[must_use]
 pub fn narrow(answer: Answer, itself: bool) -> Kernel {
     let judge = if itself {
@@ -293,22 +191,12 @@ pub fn narrow(answer: Answer, itself: bool) -> Kernel {
     NARROW.with(answer.part()).with(judge)
 }
 
-/// Triangles of A, and of B, that a workgroup of [`moller`] takes.
-pub const MOLLER_TILE: [usize; 2] = [64, 512];
-
-/// What [`moller`] takes as zero.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Tolerance {
-    /// Distances times twice the area below this.
-    pub epsilon: f32,
-}
-
 /// Needs an answer.
 const MOLLER: Kernel = Kernel::new(
     "moller",
     &[
         include_str!("../wgsl/collision/moller.wgsl"),
+        SIZES,
         JOB_OF,
         PLACES,
         MESH,
@@ -323,7 +211,6 @@ const MOLLER: Kernel = Kernel::new(
         Binding::read::<[u32; 4]>("leaves_a"),
         Binding::read::<u32>("vertices_b"),
         Binding::read::<[u32; 4]>("leaves_b"),
-        Binding::read_write::<u32>("counts"),
         Binding::read_write::<u32>("found"),
     ],
     [64, 1, 1],
@@ -373,9 +260,9 @@ pub const FIT_NODES: Kernel = Kernel::new(
 .workgroup_memory_of(2 * FIT * VECTOR);
 
 /// Where each triangle comes in the order of the tree, as keys to sort.
-pub const MORTON: Kernel = Kernel::new(
-    "morton",
-    &[include_str!("../wgsl/collision/morton.wgsl"), MESH],
+pub const HILBERT: Kernel = Kernel::new(
+    "hilbert",
+    &[include_str!("../wgsl/collision/hilbert.wgsl"), MESH],
     &[
         Binding::uniform::<Mesh>("mesh"),
         Binding::read::<u32>("vertices"),
@@ -386,9 +273,6 @@ pub const MORTON: Kernel = Kernel::new(
     ],
     [256, 1, 1],
 );
-
-/// Bits of the keys of [`MORTON`].
-pub const MORTON_BITS: u32 = 30;
 
 /// Puts the triangles in that order.
 pub const ARRANGE: Kernel = Kernel::new(
@@ -416,17 +300,50 @@ pub const QUALITY: Kernel = Kernel::new(
     [256, 1, 1],
 );
 
+const SPLIT_BINDINGS: &[Binding] = &[
+    Binding::uniform::<Split>("split"),
+    Binding::read_write::<u32>("first"),
+    Binding::read_write::<u32>("second"),
+    Binding::read_write::<u32>("found"),
+];
+
+/// Lays a list of pairs out in two columns, to be sorted by either.
+pub const SPLIT_PAIRS: Kernel = Kernel::new(
+    "split_pairs",
+    &[
+        include_str!("../wgsl/collision/split_pairs.wgsl"),
+        SPLIT_PART,
+        COUNTS,
+    ],
+    SPLIT_BINDINGS,
+    [256, 1, 1],
+);
+
+/// Makes a list of pairs of two columns.
+pub const JOIN_PAIRS: Kernel = Kernel::new(
+    "join_pairs",
+    &[
+        include_str!("../wgsl/collision/join_pairs.wgsl"),
+        SPLIT_PART,
+        COUNTS,
+    ],
+    SPLIT_BINDINGS,
+    [256, 1, 1],
+);
+
 /// Every kernel as it can be dispatched, with what it is.
 pub(crate) fn kernels() -> Vec<(String, Kernel)> {
     let plain = [
         PLACE_BODIES,
         BLOCK_PAIRS,
-        TREE_PAIRS,
+        EXPAND_PAIRS,
         FIT_LEAVES,
         FIT_NODES,
-        MORTON,
+        HILBERT,
         ARRANGE,
         QUALITY,
+        SPLIT_PAIRS,
+        JOIN_PAIRS,
     ];
     let mut kernels: Vec<_> = plain
         .into_iter()
@@ -434,6 +351,7 @@ pub(crate) fn kernels() -> Vec<(String, Kernel)> {
         .collect();
     for answer in Answer::ALL {
         kernels.push((format!("moller {answer:?}"), moller(answer)));
+        kernels.push((format!("settle {answer:?}"), settle(answer)));
         for itself in [false, true] {
             let of = if itself { "one mesh" } else { "two meshes" };
             kernels.push((format!("narrow {answer:?} of {of}"), narrow(answer, itself)));

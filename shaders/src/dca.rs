@@ -31,14 +31,18 @@ pub struct Sizes {
     pub leaves: u32,
     /// Side branches and sums of them.
     pub rakes: u32,
+    /// Side branches of one chunk, which come first.
+    pub single_rakes: u32,
+    /// Side branches of several chunks, which follow.
+    pub path_rakes: u32,
     /// 1 if bodies carry others' paths, else 0.
     pub carriers: u32,
     /// 1 if every joint has one freedom, else 0.
     pub single: u32,
     /// First word of the tables of chunks.
     pub chunk_words: u32,
-    /// First word of the tables of joins.
-    pub join_words: u32,
+    /// First word of the table of cut bodies.
+    pub cut_words: u32,
     /// First word of the table of sums.
     pub sum_words: u32,
     /// First word of the table of rakes.
@@ -61,6 +65,8 @@ pub struct Layer {
     pub ways: u32,
     /// [`Commit`] or the stage of an integrator, as a number.
     pub stage: u32,
+    /// 0 for a solution, then the number of the correction.
+    pub sweep: u32,
 }
 
 /// What becomes of the state before its rotations are computed.
@@ -98,22 +104,25 @@ pub enum Way {
     Both = 3,
 }
 
-/// Kinds of the items of a table of rounds, in the lowest two bits of their words.
+/// Kinds of the items of a table of rounds but for joins, in the lowest two bits of their words.
 pub mod item {
     /// A chunk.
     pub const CHUNK: u32 = 0;
-    /// A join.
-    pub const JOIN: u32 = 1;
     /// A sum of two rakes.
-    pub const SUM: u32 = 2;
+    pub const SUM: u32 = 1;
+    /// A chunk of the first round, in kinematics.
+    pub const LEADING: u32 = 2;
 }
 
-/// Lanes of a workgroup that goes through rounds of dynamics.
-pub const WORK_LANES: u32 = 128;
+/// Words of a join in a table of rounds.
+pub const RECORD: u32 = 8;
+
+/// Lanes of a workgroup that goes through rounds of dynamics, at most: joins in f64 have memory for half.
+pub const WORK_LANES: u32 = 256;
 /// Lanes that share a join there.
 pub const TEAM: u32 = 16;
 /// Lanes of a workgroup that goes through rounds of kinematics.
-pub const TURN_LANES: u32 = 128;
+pub const TURN_LANES: u32 = 256;
 
 /// Lanes of a workgroup of chunks.
 const CHUNK_LANES: u32 = 32;
@@ -186,6 +195,8 @@ pub struct Dca {
     pub leaves: bool,
     /// Whether joints have several freedoms.
     pub several: bool,
+    /// Whether solutions are corrected.
+    pub refined: bool,
 }
 
 impl Dca {
@@ -202,21 +213,16 @@ impl Dca {
             tree,
             leaves: true,
             several: true,
+            refined: false,
         }
     }
 
-    /// What is across each chunk; a lane each, of all. [`Layer::stage`] is a [`Commit`].
-    #[must_use]
-    pub fn turn_chunks(self) -> Kernel {
-        let kernel = self.motion("turn_chunks", 64);
-        kernel.with(part!("turn_chunks")).with(part!("leading"))
-    }
-
-    /// Kinematics over several rounds.
+    /// Kinematics over several rounds. [`Layer::stage`] is a [`Commit`].
     #[must_use]
     pub fn turn_parts(self) -> Kernel {
         let kernel = self.motion("turn_parts", TURN_LANES);
-        kernel.with(part!("turn_parts")).with(part!("layer"))
+        let kernel = kernel.with(part!("turn")).with(part!("turn_parts"));
+        kernel.with(part!("rounds")).with(part!("lanes"))
     }
 
     /// Places the bodies of the first round's chunks, a lane each.
@@ -248,16 +254,46 @@ impl Dca {
     /// Rounds of joins alone, in the precision of the tree.
     #[must_use]
     pub fn join_parts(self) -> Kernel {
-        let kernel = self.teams("join_parts", self.tree);
+        let kernel = self.joining("join_parts", self.tree);
+        kernel.with(part!("join_parts"))
+    }
+
+    /// Rounds of joins alone in a correction, in the precision of the tree.
+    #[must_use]
+    pub fn rejoin_parts(self) -> Kernel {
+        let kernel = self.rejoining("rejoin_parts", self.tree);
         kernel.with(part!("join_parts"))
     }
 
     /// Rounds of any kind, joins too computed in the precision of the chunks.
     #[must_use]
     pub fn work_parts(self, advance: Advance) -> Kernel {
-        let kernel = self.with_chunks(self.teams("work_parts", self.chunks));
+        let kernel = self.with_chunks(self.joining("work_parts", self.chunks));
         let kernel = kernel.with(part!("work_parts")).with(part!("rakes_onto"));
         advancing(kernel, advance)
+    }
+
+    /// Rounds of any kind in a correction, joins too computed in the precision of the chunks.
+    #[must_use]
+    pub fn rework_parts(self, advance: Advance) -> Kernel {
+        let kernel = self.with_chunks(self.rejoining("rework_parts", self.chunks));
+        let leaf = if self.leaves {
+            part!("reassemble_leaf")
+        } else {
+            part!("reassemble_leaf_none")
+        };
+        let several = if self.several {
+            part!("reassemble_several")
+        } else {
+            part!("reassemble_several_none")
+        };
+        let parts = [
+            part!("reassemble"),
+            part!("rework_parts"),
+            part!("rakes_none"),
+        ];
+        let parts = parts.into_iter().chain([leaf, several]);
+        advancing(parts.fold(kernel, Kernel::with), advance)
     }
 
     /// Kernels of every kind, of all there is and of the least, with what they are.
@@ -271,30 +307,49 @@ impl Dca {
             [dca, least]
         };
         let choices = Self::ALL.into_iter().flat_map(both);
-        choices.flat_map(Self::kernels).collect()
+        let refined = |dca: Self| {
+            let is_precise = dca.chunks == Precision::F64;
+            let refined = is_precise.then_some(Self {
+                refined: true,
+                ..dca
+            });
+            [Some(dca), refined].into_iter().flatten()
+        };
+        choices.flat_map(refined).flat_map(Self::kernels).collect()
     }
 
     /// All of them, with what they are.
     fn kernels(self) -> Vec<(String, Kernel)> {
         let mut kernels = vec![
-            self.turn_chunks(),
-            self.turn_parts(),
-            self.place_chunks(),
             self.assemble_chunks(),
             self.solve_chunks(Advance::None),
             self.join_parts(),
         ];
-        let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
-        kernels.extend(advances.map(|advance| self.work_parts(advance)));
+        if self.refined {
+            kernels.extend([
+                self.rejoin_parts(),
+                self.work_parts(Advance::None),
+                self.rework_parts(Advance::Euler),
+            ]);
+        } else {
+            kernels.extend([self.turn_parts(), self.place_chunks()]);
+            let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
+            kernels.extend(advances.map(|advance| self.work_parts(advance)));
+        }
         let named = |(number, kernel): (usize, Kernel)| {
             let Self {
                 chunks,
                 tree,
                 leaves,
+                refined,
                 ..
             } = self;
             let content = if leaves { "all" } else { "least" };
-            let name = format!("{} {chunks:?} {tree:?} {content} {number}", kernel.name());
+            let kept = if refined { " refined" } else { "" };
+            let name = format!(
+                "{} {chunks:?} {tree:?} {content}{kept} {number}",
+                kernel.name()
+            );
             (name, kernel)
         };
         kernels.into_iter().enumerate().map(named).collect()
@@ -317,7 +372,13 @@ impl Dca {
     fn dynamics(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
         let kernel = Kernel::new(name, DYNAMICS_PARTS, DYNAMICS, [lanes, 1, 1]);
         let kernel = self.precise(kernel, precision);
+        let keep = if self.refined {
+            part!("keep")
+        } else {
+            part!("keep_none")
+        };
         kernel
+            .with(keep)
             .stride("forces", self.chunks.bytes())
             .stride("nodes", 4 * self.tree.bytes())
     }
@@ -343,14 +404,33 @@ impl Dca {
         parts.fold(kernel, Kernel::with)
     }
 
-    /// Rounds, joins of which teams of lanes take.
-    fn teams(self, name: &'static str, precision: Precision) -> Kernel {
-        let joins = WORK_LANES / TEAM;
-        self.dynamics(name, precision, WORK_LANES)
-            .with(part!("tree"))
-            .with(part!("team_layer"))
+    /// Rounds whose joins are put together.
+    fn joining(self, name: &'static str, precision: Precision) -> Kernel {
+        let joins = work_lanes(precision) / TEAM;
+        self.teams(name, precision)
+            .with(part!("join_team"))
             .constant("COARSER", self.coarser())
             .workgroup_memory_of(joins * JOIN_MEMORY * precision.bytes())
+    }
+
+    /// Rounds whose joins are corrected.
+    fn rejoining(self, name: &'static str, precision: Precision) -> Kernel {
+        self.teams(name, precision)
+            .with(part!("rejoin_team"))
+            .with(part!("change"))
+    }
+
+    /// Rounds, joins of which teams of lanes take.
+    fn teams(self, name: &'static str, precision: Precision) -> Kernel {
+        let lanes = match precision {
+            Precision::F32 => part!("lanes_256"),
+            Precision::F64 => part!("lanes_128"),
+        };
+        self.dynamics(name, precision, work_lanes(precision))
+            .with(lanes)
+            .with(part!("part_team"))
+            .with(part!("rounds"))
+            .with(part!("teams"))
     }
 
     fn precise(self, kernel: Kernel, precision: Precision) -> Kernel {
@@ -367,6 +447,14 @@ impl Dca {
             .stride("state", self.chunks.bytes())
             .stride("scratch", 4 * self.chunks.bytes())
             .requires(self.chunks.features() | self.tree.features())
+    }
+}
+
+/// Lanes that workgroup memory suffices for.
+const fn work_lanes(precision: Precision) -> u32 {
+    match precision {
+        Precision::F32 => WORK_LANES,
+        Precision::F64 => WORK_LANES / 2,
     }
 }
 

@@ -7,8 +7,10 @@ use crate::suite::{gold_robots, worst_of};
 use anyhow::Context;
 use std::time::Instant;
 use vertebra::dynamics::gpu::{Batch, BatchOptions};
+use vertebra::generate::{Rod, random_chain};
 use vertebra::{
-    Forces, Integrator, Model, Precision, Simulation, State, Workspace, aba, forward_error,
+    Algorithm, Forces, Integrator, Model, Precision, Simulation, State, Workspace, aba,
+    forward_error,
 };
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::{DeviceType, Features};
@@ -19,6 +21,9 @@ const BATCHES: [(&str, usize); 3] = [
     ("humanoid27", 32_768),
     ("panda7", 4096),
 ];
+
+/// Long chains in a batch: how many, and bodies of each.
+const CHAINS: (usize, usize) = (8, 2048);
 
 /// States of a batch that are held against the CPU, spread over all of it.
 const CHECKED: usize = 64;
@@ -39,6 +44,20 @@ pub struct Subject {
 struct Robots {
     model: Model,
     states: Vec<State>,
+}
+
+impl Robots {
+    fn new(model: Model, size: usize, seed: u64) -> Self {
+        let state = |item| State::random(&model, seed.wrapping_add(item));
+        Self {
+            states: (0..size as u64).map(state).collect(),
+            model,
+        }
+    }
+
+    fn are_long(&self) -> bool {
+        self.model.bodies().len() >= CHAINS.1
+    }
 }
 
 impl Subject {
@@ -66,14 +85,12 @@ impl Subject {
                 selection.sizes.clone()
             };
             for size in sizes {
-                let states = (0..size as u64)
-                    .map(|item| State::random(model, selection.seed.wrapping_add(item)));
-                batches.push(Robots {
-                    states: states.collect(),
-                    model: model.clone(),
-                });
+                batches.push(Robots::new(model.clone(), size, selection.seed));
             }
         }
+        let (size, bodies) = CHAINS;
+        let chain = random_chain(bodies, &Rod::default(), selection.seed)?;
+        batches.push(Robots::new(chain, size, selection.seed));
         Ok(Some(Self { device, batches }))
     }
 
@@ -90,6 +107,7 @@ impl Subject {
                 }
                 let name = robots.model.name();
                 let size = robots.states.len();
+                // Divide and conquer where no lanes are named and the model is long.
                 let mut add = |method: &'static str, lanes, integrator: Option<Integrator>| {
                     if selection.wants(method) {
                         let label =
@@ -98,6 +116,8 @@ impl Subject {
                             precision,
                             lanes,
                             integrator: integrator.unwrap_or_default(),
+                            algorithm: (robots.are_long() && lanes.is_none())
+                                .then_some(Algorithm::Dca),
                         };
                         list.push(Measurement::new(label, move |meter| {
                             if integrator.is_none() {
@@ -108,6 +128,12 @@ impl Subject {
                         }));
                     }
                 };
+                if robots.are_long() {
+                    add("dca-batch", None, None);
+                    add("aba-batch-1", Some(1), None);
+                    add("step-batch", None, Some(Integrator::SemiImplicitEuler));
+                    continue;
+                }
                 add("aba-batch", None, None);
                 if selection.quick && precision == Precision::F64 {
                     continue;
@@ -162,9 +188,8 @@ impl Subject {
             }
         }
         let note = format!(
-            "{} lanes an item; setting states and forces {:.0} us, solving and reading {:.0} us; {refused} \
-             states refused",
-            batch.lanes(),
+            "{}; setting states and forces {:.0} us, solving and reading {:.0} us; {refused} states refused",
+            batch.choice(),
             1e6 * upload.as_secs_f64(),
             1e6 * whole.as_secs_f64()
         );
@@ -199,8 +224,9 @@ impl Subject {
                 Simulation::new(model.clone())?.with_integrator(options.integrator);
             simulation.set_state(states[item].clone())?;
             simulation.step(STEP)?;
-            let rates = crate::suite::relative_error(&found[item].qd, &simulation.state().qd);
-            let positions = crate::suite::relative_error(&found[item].q, &simulation.state().q);
+            let moved = simulation.state()?;
+            let rates = crate::suite::relative_error(&found[item].qd, &moved.qd);
+            let positions = crate::suite::relative_error(&found[item].q, &moved.q);
             error = worst_of(error, worst_of(rates, positions));
         }
         // From the same states, so that however many steps are measured none leaves the range.
@@ -210,9 +236,9 @@ impl Subject {
         Ok(timing.map(|timing| Row {
             error_forward: Some(error),
             note: format!(
-                "{STEPS} steps without the host, {:.1} us each; {} lanes an item; {} states refused",
+                "{STEPS} steps without the host, {:.1} us each; {}; {} states refused",
                 1e6 * timing.median_s / f64::from(STEPS),
-                batch.lanes(),
+                batch.choice(),
                 refused.len(),
             ),
             ..self.row(robots, method, options.precision, &timing)

@@ -98,6 +98,12 @@ impl Subject {
         })
     }
 
+    /// The pairs of which integers can tell, and whether each meets.
+    pub(super) fn judged_pairs(&self) -> (&[TrianglePair], &[bool]) {
+        let Judged { pairs, meet, .. } = self.judged();
+        (pairs, meet)
+    }
+
     /// The rows asked for.
     #[must_use]
     pub fn measurements<'a>(&'a self, selection: &Selection) -> Vec<Measurement<'a>> {

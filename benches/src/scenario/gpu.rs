@@ -6,10 +6,11 @@ pub(crate) mod chains;
 mod collision;
 mod rows;
 
-use super::{Measurement, Meter, Selection, meshes};
+use super::{Measurement, Meter, Selection, error_table, meshes};
 use crate::measure::Timing;
 use crate::row::Row;
 use crate::suite::gpu;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::DeviceType;
@@ -27,6 +28,9 @@ const SHORT_LENGTH: usize = 1_000_000;
 pub struct Subject {
     device: Device,
     meshes: Vec<meshes::Subject>,
+    spheres: Vec<collision::Spheres>,
+    /// Lists on which tests err, once they are asked for.
+    errors: OnceLock<Vec<error_table::Subject>>,
 }
 
 impl Subject {
@@ -42,7 +46,22 @@ impl Subject {
         };
         let real = device.info().device_type != DeviceType::Cpu;
         let meshes = meshes::subjects()?;
-        Ok((named || real).then_some(Self { device, meshes }))
+        Ok((named || real).then_some(Self {
+            device,
+            meshes,
+            spheres: collision::spheres(),
+            errors: OnceLock::new(),
+        }))
+    }
+
+    /// The lists on which tests err, if a row about them is asked for.
+    fn errors(&self, selection: &Selection) -> &[error_table::Subject] {
+        if !collision::wants_errors(selection) {
+            return &[];
+        }
+        // The meshes of the lists are valid.
+        let lists = || error_table::subjects(selection).unwrap_or_default();
+        self.errors.get_or_init(lists)
     }
 
     /// The device.
@@ -92,11 +111,12 @@ impl Subject {
                 }
             }
         }
-        list.extend(collision::measurements(
-            &self.device,
-            &self.meshes,
-            selection,
-        ));
+        let subjects = collision::Subjects {
+            meshes: &self.meshes,
+            spheres: &self.spheres,
+            errors: self.errors(selection),
+        };
+        list.extend(collision::measurements(&self.device, &subjects, selection));
         list
     }
 }

@@ -48,7 +48,7 @@ fn bulging_mail(rows: u32, columns: u32) -> Result<(Model, State), Error> {
     let mut simulation = Simulation::new(model.clone())?;
     simulation.set_state(state)?;
     simulation.close_loops()?;
-    Ok((model, simulation.state().clone()))
+    Ok((model, simulation.state()?.clone()))
 }
 
 /// The mechanisms, and a large patch of chain mail unless it is to be quick.

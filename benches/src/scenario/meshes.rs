@@ -309,7 +309,7 @@ fn stages(statistics: &Statistics) -> String {
 }
 
 /// Triangles marked that meet none, and triangles not marked that meet some.
-fn wrong_triangles(a: &[bool], b: &[bool], exact: &[[u32; 2]]) -> (u64, u64) {
+pub(super) fn wrong_triangles(a: &[bool], b: &[bool], exact: &[[u32; 2]]) -> (u64, u64) {
     let mut truth = (vec![false; a.len()], vec![false; b.len()]);
     for [i, j] in exact {
         truth.0[*i as usize] = true;

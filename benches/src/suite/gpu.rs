@@ -4,7 +4,9 @@
 mod batch;
 mod collision;
 mod compare;
+mod contacts;
 mod dynamics;
+mod dynamics_errors;
 mod faults;
 mod mismatches;
 mod primitives;
@@ -75,20 +77,28 @@ pub const CHECKS: &[GpuCheck] = &[
     check("nan_made_on_the_device", stages::nan_made_on_the_device),
     check("failed_stage", stages::failed_stage),
     check("batch_accelerations", batch::accelerations),
+    check("batch_long_chains", batch::long_chains),
     check("batch_steps", batch::steps),
     check("batch_failing_item", batch::a_failing_item),
     check("dca_accelerations", dynamics::accelerations),
     check("dca_captured", dynamics::captured),
-    check("dca_long_chain", dynamics::long_chain),
+    check("dca_long_chain", dynamics_errors::long_chain),
+    check("dca_shapes", dynamics_errors::shapes),
+    check("dynamics_seeds", dynamics_errors::seeds),
+    check("dynamics_f32_seeds", dynamics_errors::f32_seeds),
+    check("dynamics_refined", dynamics_errors::refined),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),
-    check("dca_many_steps", dynamics::many_steps),
+    check("dynamics_long", dynamics::long),
     check("dca_overflow", dynamics::overflow),
+    check("dynamics_device_lost", dynamics::device_lost),
     check("collision_gold", collision::gold),
     check("collision_hard", collision::hard),
     check("collision_nearly_touching", collision::nearly_touching),
     check("collision_large", collision::large),
     check("collision_queues_grow", collision::queues_grow),
+    check("collision_contacts", contacts::contacts),
+    check("collision_choice", contacts::choice),
     check("collision_moved", collision::moved),
     check("collision_itself", collision::itself),
     check("collision_together", collision::together),

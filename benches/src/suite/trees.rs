@@ -16,7 +16,7 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(name: String, model: Model, seed: u64) -> Self {
+    fn new(name: String, model: Model, seed: u64) -> anyhow::Result<Self> {
         let state = State::random(&model, seed);
         let mut random = Random::new(seed ^ 0x5eed);
         let mut forces = Forces::none(&model);
@@ -31,12 +31,25 @@ impl Problem {
                 .with_torque(random.direction());
             forces.push(bodies[random.below(bodies.len())], wrench);
         }
-        Self {
+        own_gravity(&model, &mut forces)?;
+        Ok(Self {
             name,
             model,
             state,
             forces,
-        }
+        })
+    }
+
+    /// The same with inertia of their own in two freedoms of three, over six decades.
+    fn with_rotors(name: String, model: Model, seed: u64) -> anyhow::Result<Self> {
+        let mut problem = Self::new(name, model, seed)?;
+        let mut random = Random::new(seed ^ 0x0007_0705);
+        let own = |_| match random.below(3) {
+            0 => 0.0,
+            _ => 1e-3 * 1e6_f64.powf(random.unit()),
+        };
+        problem.forces.joint_inertia = (0..problem.model.dof_count()).map(own).collect();
+        Ok(problem)
     }
 
     /// Bodies and degrees of freedom, whichever are more.
@@ -48,6 +61,16 @@ impl Problem {
     #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
     fn depth(&self) -> f64 {
         self.model.depth() as f64
+    }
+}
+
+/// Gravity of its own for the second tree of a forest.
+pub(super) fn own_gravity(model: &Model, forces: &mut Forces) -> Result<(), vertebra::Error> {
+    let bodies = model.body_ids().zip(model.bodies());
+    let roots = bodies.filter(|(_, body)| body.parent.is_none());
+    match roots.map(|(id, _)| id).nth(1) {
+        None => Ok(()),
+        Some(root) => forces.set_gravity(model, root, [0.4, -0.3, -1.62]),
     }
 }
 
@@ -77,8 +100,15 @@ fn small_problems() -> anyhow::Result<Vec<Problem>> {
             let model = generate::random_tree(&tree, seed * 1000 + count as u64)?;
             let name = format!("{count} bodies reach {reach} x {articulations} seed {seed}");
             if model.dof_count() <= 256 {
-                problems.push(Problem::new(name, model, seed));
+                problems.push(Problem::new(name, model, seed)?);
             }
+        }
+    }
+    for seed in 0..12_u64 {
+        for count in [1, 4, 20] {
+            let model = generate::random_mechanism(count, false, seed)?;
+            let name = format!("mechanism of {count} seed {seed}");
+            problems.push(Problem::with_rotors(name, model, seed)?);
         }
     }
     Ok(problems)
@@ -97,11 +127,16 @@ fn large_problems() -> anyhow::Result<Vec<Problem>> {
                 };
                 let model = generate::random_tree(&tree, seed)?;
                 let name = format!("{count} mixed, reach {reach}, seed {seed}");
-                problems.push(Problem::new(name, model, seed));
+                problems.push(Problem::new(name, model, seed)?);
             }
         }
+        for seed in 0..4 {
+            let model = generate::random_mechanism(count, false, seed)?;
+            let name = format!("mechanism of {count}, seed {seed}");
+            problems.push(Problem::with_rotors(name, model, seed)?);
+        }
         let chain = generate::random_chain(count, &Rod::default(), 1)?;
-        problems.push(Problem::new(format!("chain of {count}"), chain, 1));
+        problems.push(Problem::new(format!("chain of {count}"), chain, 1)?);
     }
     Ok(problems)
 }
@@ -137,7 +172,8 @@ pub fn joint_torque_residual(solver: &dyn Solver) -> Outcome {
             let moved: f64 = (0..qdd.len())
                 .map(|j| mass[(i, j)].abs() * qdd[j].abs())
                 .sum();
-            let scale = unit * (moved + bias[i].abs());
+            let own = forces.joint_inertia.get(i).copied().unwrap_or(0.0);
+            let scale = unit * (moved + own * qdd[i].abs() + bias[i].abs());
             worst = worst_of(worst, (forces.joint[i] - tau[i]).abs() / scale);
         }
         figures.push(Figure::new(name.clone(), worst, 8.0));
@@ -207,7 +243,10 @@ pub fn aba_against_crba() -> Outcome {
         let mut workspace = Workspace::new(model, Precision::F64);
         let recursive = aba(model, state, forces, &mut workspace)?.to_vec();
         let dense = crba_forward_dynamics(model, state, forces, &mut workspace)?;
-        let mass = crba(model, state, &mut workspace)?;
+        let mut mass = crba(model, state, &mut workspace)?.to_owned();
+        for (dof, own) in forces.joint_inertia.iter().enumerate() {
+            mass[(dof, dof)] += own;
+        }
         let values = mass
             .self_adjoint_eigenvalues(faer::Side::Lower)
             .map_err(|error| anyhow::anyhow!("eigenvalues: {error:?}"))?;

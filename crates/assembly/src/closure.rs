@@ -1,6 +1,6 @@
 //! Closed loops and couplings: what holds bodies together beside the joints of the tree.
 
-use crate::{BodyDescription, BodyId, Mimic, Model, ModelDescription, ModelError, validate};
+use crate::{Body, BodyId, Mimic, Model, ModelDescription, ModelError, validate};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::{HashMap, HashSet};
@@ -186,51 +186,63 @@ impl ModelDescription {
     }
 }
 
-/// Whether a body's joint can be coupled: it has one freedom and one coordinate.
-pub(crate) fn has_one_freedom(body: &BodyDescription) -> bool {
-    body.joint.kind.dof_count() == 1 && body.joint.kind.position_count() == 1
-}
-
-/// Checks loops and couplings, given the bodies' indices by name.
+/// Checks loops and couplings, given the bodies' indices by name: of each the first thing that is wrong.
 pub(crate) fn check(
     description: &ModelDescription,
     by_name: &HashMap<&str, usize>,
-) -> Result<(), ModelError> {
+    problems: &mut Vec<ModelError>,
+) {
     let mut names = HashSet::new();
     for (index, closed) in description.loops.iter().enumerate() {
-        check_name("loop", index, &closed.name, &mut names)?;
-        for body in closed.bodies.iter().flatten() {
-            known(&closed.name, body, by_name)?;
-        }
-        if closed.bodies[0] == closed.bodies[1] {
-            return Err(ModelError::SelfLoop {
-                name: closed.name.clone(),
-            });
-        }
-        for placement in &closed.placements {
-            validate::check_placement("placement", &closed.name, placement)?;
-        }
-        check_closure(&closed.name, &closed.closure)?;
+        let named = check_name("loop", index, &closed.name, &mut names);
+        problems.extend(named.and_then(|()| check_loop(closed, by_name)).err());
     }
     for (index, coupling) in description.couplings.iter().enumerate() {
-        check_name("coupling", index, &coupling.name, &mut names)?;
-        validate::finite("coupling ratio", &coupling.name, coupling.ratio)?;
-        validate::finite("coupling offset", &coupling.name, coupling.offset)?;
-        for body in [&coupling.body, &coupling.other] {
-            let joint = &description.bodies[known(&coupling.name, body, by_name)?];
-            if !has_one_freedom(joint) {
-                return Err(ModelError::CoupledFreedoms {
-                    name: coupling.name.clone(),
-                    body: body.clone(),
-                    freedoms: joint.joint.kind.dof_count(),
-                });
-            }
-        }
-        if coupling.body == coupling.other {
-            return Err(ModelError::SelfLoop {
+        let named = check_name("coupling", index, &coupling.name, &mut names);
+        let checked = named.and_then(|()| check_coupling(description, coupling, by_name));
+        problems.extend(checked.err());
+    }
+}
+
+fn check_loop(closed: &LoopDescription, by_name: &HashMap<&str, usize>) -> Result<(), ModelError> {
+    for body in closed.bodies.iter().flatten() {
+        known(&closed.name, body, by_name)?;
+    }
+    if closed.bodies[0] == closed.bodies[1] {
+        return Err(ModelError::SelfLoop {
+            name: closed.name.clone(),
+        });
+    }
+    for placement in &closed.placements {
+        validate::check_placement("placement", &closed.name, placement)?;
+    }
+    check_closure(&closed.name, &closed.closure)
+}
+
+fn check_coupling(
+    description: &ModelDescription,
+    coupling: &CouplingDescription,
+    by_name: &HashMap<&str, usize>,
+) -> Result<(), ModelError> {
+    validate::finite("coupling ratio", &coupling.name, coupling.ratio)?;
+    validate::finite("coupling offset", &coupling.name, coupling.offset)?;
+    for body in [&coupling.body, &coupling.other] {
+        let freedoms = description.bodies[known(&coupling.name, body, by_name)?]
+            .joint
+            .kind
+            .dof_count();
+        if freedoms != 1 {
+            return Err(ModelError::CoupledFreedoms {
                 name: coupling.name.clone(),
+                body: body.clone(),
+                freedoms,
             });
         }
+    }
+    if coupling.body == coupling.other {
+        return Err(ModelError::SelfLoop {
+            name: coupling.name.clone(),
+        });
     }
     Ok(())
 }
@@ -342,6 +354,39 @@ pub(crate) fn resolve(
             ratio: written.ratio,
             offset: written.offset,
             name: written.name,
+        })
+    });
+    (loops.collect(), couplings.collect())
+}
+
+/// The loops and couplings of a model that are left when its bodies become others, by their new ids; none of
+/// bodies that are gone, nor of joints that no longer have one freedom.
+pub(crate) fn carried_over(
+    model: &Model,
+    ids: &[Option<BodyId>],
+    bodies: &[Body],
+) -> (Vec<Loop>, Vec<Coupling>) {
+    let find = |id: BodyId| ids[id.index()];
+    let loops = model.loops().iter().filter_map(|closed| {
+        let mut bodies = [None; 2];
+        for (new, old) in bodies.iter_mut().zip(closed.bodies) {
+            *new = match old {
+                Some(old) => Some(find(old)?),
+                None => None,
+            };
+        }
+        Some(Loop {
+            bodies,
+            ..closed.clone()
+        })
+    });
+    let couplings = model.inner.couplings.iter().filter_map(|coupling| {
+        let (body, other) = (find(coupling.body)?, find(coupling.other)?);
+        let single = |id: BodyId| bodies[id.index()].joint.kind.dof_count() == 1;
+        (single(body) && single(other)).then(|| Coupling {
+            body,
+            other,
+            ..coupling.clone()
         })
     });
     (loops.collect(), couplings.collect())

@@ -1,6 +1,9 @@
 //! Plain data from which a [`Model`] is built, and into which it is saved.
 
-use crate::{CouplingDescription, Joint, LoopDescription, MassProperties, Model, ModelError};
+use crate::{
+    Compound, CouplingDescription, Joint, LoopDescription, MassProperties, Model, ModelError,
+    massless, validate,
+};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use vertebra_spatial::Pose;
@@ -97,21 +100,18 @@ impl ModelDescription {
         self
     }
 
-    /// Adds a body; `parent` is the name of another body, or none for the world.
+    /// Adds a body; `parent` is the name of another body, or none for the world. A [`Compound`] joint
+    /// adds bodies without mass before it.
     #[must_use]
     pub fn body(
         mut self,
         name: impl Into<String>,
         parent: Option<&str>,
-        joint: Joint,
+        joint: impl Into<Compound>,
         mass: MassProperties,
     ) -> Self {
-        self.bodies.push(BodyDescription {
-            name: name.into(),
-            parent: parent.map(str::to_owned),
-            joint,
-            mass,
-        });
+        let bodies = joint.into().bodies(name.into(), parent, mass);
+        self.bodies.extend(bodies);
         self
     }
 
@@ -124,6 +124,17 @@ impl ModelDescription {
             placement,
         });
         self
+    }
+
+    /// Everything that is wrong, at once: of each joint, mass and frame the first thing. Empty for a
+    /// description that [`build`](Self::build) makes a model.
+    #[must_use]
+    pub fn problems(&self) -> Vec<ModelError> {
+        let (order, problems) = validate::check_all(self);
+        if !problems.is_empty() {
+            return problems;
+        }
+        massless::problems(&Model::unchecked(self.clone(), order))
     }
 
     /// Checks the description and makes it a model.

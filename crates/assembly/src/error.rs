@@ -144,6 +144,14 @@ pub enum ModelError {
         /// The number.
         value: f64,
     },
+    /// A spring whose rest is no position of its joint.
+    #[error(
+        "the spring in the joint of body `{body}` has a rest that is no position of this joint: a joint of one freedom takes a number (`Spring::at`), a spherical one an orientation (`Spring::turned`), others none"
+    )]
+    UnsuitedSpring {
+        /// The body whose joint it is.
+        body: String,
+    },
     /// An inertia matrix that is not symmetric.
     #[error(
         "the inertia of body `{body}` is not symmetric; give the matrix about the centre of mass"
@@ -189,6 +197,16 @@ pub enum ModelError {
         /// Freedoms of that joint.
         freedoms: usize,
     },
+    /// A body that is not in the model, or no longer.
+    #[error(
+        "the model `{model}` has no body number {body}, or it was removed; take ids from the model itself"
+    )]
+    NoSuchBody {
+        /// Name of the model.
+        model: String,
+        /// Index of the body.
+        body: usize,
+    },
     /// An array of the wrong length.
     #[error("{quantity} has {found} entries, the model needs {expected}")]
     WrongLength {
@@ -207,6 +225,55 @@ pub enum ModelError {
         /// What it must be.
         requirement: &'static str,
     },
+}
+
+impl ModelError {
+    /// The body or frame that the error speaks of.
+    #[must_use]
+    pub fn culprit(&self) -> Option<&str> {
+        self.element().0
+    }
+
+    /// Whether it speaks of the joint that carries the culprit.
+    #[must_use]
+    pub fn is_of_joint(&self) -> bool {
+        self.element().1
+    }
+
+    fn element(&self) -> (Option<&str>, bool) {
+        match self {
+            Self::ZeroAxis { body }
+            | Self::MasslessBody { body }
+            | Self::EmptyRange { body, .. }
+            | Self::UnsuitedSpring { body }
+            | Self::Negative { body, .. } => (Some(body), true),
+            Self::NonFinite {
+                quantity, element, ..
+            }
+            | Self::NonUnitQuaternion {
+                quantity, element, ..
+            }
+            | Self::AbsurdSize {
+                quantity, element, ..
+            } => (Some(element), quantity.starts_with("joint")),
+            Self::UnknownParent { body, .. }
+            | Self::UnknownBody { user: body, .. }
+            | Self::Cycle { body }
+            | Self::NegativeMass { body, .. }
+            | Self::AsymmetricInertia { body }
+            | Self::NonPhysicalInertia { body, .. }
+            | Self::SelfLoop { name: body }
+            | Self::CoupledFreedoms { name: body, .. }
+            | Self::DuplicateName { name: body } => (Some(body), false),
+            Self::Empty { .. }
+            | Self::TooLarge { .. }
+            | Self::UnsupportedVersion { .. }
+            | Self::EmptyName { .. }
+            | Self::WrongLength { .. }
+            | Self::NoSuchBody { .. }
+            | Self::BadParameter { .. } => (None, false),
+        }
+    }
 }
 
 /// What an impossible inertia violates.

@@ -1,6 +1,9 @@
 //! Generated models: chains, helices, trees. Seeded ones are the same on every machine.
 
-use crate::{Joint, MassProperties, Model, ModelDescription, ModelError, random::Random, validate};
+use crate::{
+    Compound, Joint, MassProperties, Model, ModelDescription, ModelError, Spring, Stop,
+    random::Random, validate,
+};
 use glam::{DQuat, DVec3};
 use vertebra_spatial::Pose;
 
@@ -250,6 +253,76 @@ pub fn random_tree(tree: &RandomTree, seed: u64) -> Result<Model, ModelError> {
         description = description.body(name(index), parent.as_deref(), joint, mass);
     }
     description.build()
+}
+
+/// A random tree of `count` bodies on joints of every kind there is: those of [`random_tree`], screws,
+/// cylindrical, universal and planar joints. With `elements` most joints have some: damping, friction,
+/// a rotor, a spring, a range with a hard or a soft stop.
+///
+/// # Errors
+/// [`ModelError`] if `count` is zero or above what indices can count.
+pub fn random_mechanism(count: usize, elements: bool, seed: u64) -> Result<Model, ModelError> {
+    validate::check_count(count)?;
+    let mut random = Random::new(seed);
+    let mut description = ModelDescription::new("random-mechanism");
+    for index in 0..count {
+        let parent = (index > 0).then(|| name(index - 1 - random.below(index.min(3))));
+        let (axis, other) = (random.direction(), random.direction());
+        let mut joint = match random.below(6) {
+            0 => Compound::from(Joint::screw(axis, 0.2 * random.symmetric())),
+            1 => Joint::cylindrical(axis),
+            2 => Joint::universal(axis, axis.cross(other).normalize()),
+            3 => Joint::planar(axis.cross(other).normalize(), axis),
+            _ => random_joint(&mut random, true).into(),
+        };
+        if elements {
+            joint = joint.map(|joint| with_elements(joint, &mut random));
+        }
+        let joint = joint
+            .at(random_pose(&mut random, 0.5))
+            .on_child(random_pose(&mut random, 0.2));
+        let mass = random_mass(&mut random);
+        description = description.body(name(index), parent.as_deref(), joint, mass);
+    }
+    description.build()
+}
+
+/// Elements that suit the joint, each with the odds of a coin.
+fn with_elements(mut joint: Joint, random: &mut Random) -> Joint {
+    let freedoms = joint.kind.dof_count();
+    if !matches!(freedoms, 1 | 3) {
+        return joint;
+    }
+    if random.below(2) == 0 {
+        joint.damping = random.unit();
+    }
+    if random.below(2) == 0 {
+        joint.armature = random.unit();
+    }
+    if random.below(2) == 0 {
+        let stiffness = 20.0 * random.unit();
+        joint.spring = Some(match freedoms {
+            1 => Spring::at(stiffness, random.symmetric()),
+            _ => Spring::turned(stiffness, random.rotation()),
+        });
+    }
+    if freedoms == 1 && random.below(2) == 0 {
+        joint.friction = random.unit();
+    }
+    if freedoms == 1 && random.below(2) == 0 {
+        joint = joint.with_range(-random.unit(), random.unit());
+        joint.stop = match random.below(3) {
+            0 => Stop::Soft {
+                stiffness: 1e3 * random.unit(),
+                damping: random.unit(),
+            },
+            1 => Stop::Hard {
+                restitution: random.unit(),
+            },
+            _ => Stop::HARD,
+        };
+    }
+    joint
 }
 
 fn random_joint(random: &mut Random, mixed: bool) -> Joint {

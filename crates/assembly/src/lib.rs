@@ -15,11 +15,17 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
+mod builder;
 mod closure;
+mod compound;
 mod description;
+mod edit;
+mod element;
 mod error;
 pub mod generate;
 mod joint;
+mod kinematics;
+mod location;
 mod mass;
 mod massless;
 pub mod mechanism;
@@ -32,11 +38,18 @@ mod units;
 #[cfg(feature = "urdf")]
 pub mod urdf;
 mod validate;
+#[cfg(feature = "xml")]
+pub mod xml;
 
+pub use builder::{BodyShape, BuildError, Builder, Built, Centerline, Matter, Problem, SolidError};
 pub use closure::{Closure, Coupling, CouplingDescription, Loop, LoopDescription};
+pub use compound::Compound;
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
+pub use edit::{Edit, Edited};
+pub use element::{Rest, Spring, Stop};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};
+pub use location::{Ignored, Location};
 pub use mass::MassProperties;
 pub use model::{Body, BodyId, Frame, Model};
 pub use not_simulated::{Feature, NotSimulated};

@@ -42,6 +42,15 @@ impl Seat {
 /// joint must do it, and cannot where that joint gives way to the same motion. Whether it does
 /// otherwise depends on the position, and the solvers find out then.
 pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
+    match problems(model).into_iter().next() {
+        Some(problem) => Err(problem),
+        None => Ok(()),
+    }
+}
+
+/// All of them.
+pub(crate) fn problems(model: &Model) -> Vec<ModelError> {
+    let mut problems = Vec::new();
     let bodies = model.bodies();
     let seats = seats(bodies);
     let mut clusters = vec![MassProperties::MASSLESS; bodies.len()];
@@ -58,7 +67,7 @@ pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
             continue;
         }
         if !loaded[index] && !resists(cluster, kind) {
-            return Err(ModelError::MasslessBody {
+            problems.push(ModelError::MasslessBody {
                 body: body.name.clone(),
             });
         }
@@ -70,7 +79,7 @@ pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
             loaded[carrier] |= !gives_way(kind, &joint, &bodies[carrier].joint.kind);
         }
     }
-    Ok(())
+    problems
 }
 
 fn seats(bodies: &[Body]) -> Vec<Seat> {
@@ -99,6 +108,9 @@ fn resists(cluster: &MassProperties, kind: &JointKind) -> bool {
         JointKind::Fixed => true,
         JointKind::Revolute { axis } => axis.dot(about * axis) > floor,
         JointKind::Prismatic { .. } => cluster.mass > 0.0,
+        JointKind::Screw { axis, pitch } => {
+            axis.dot(about * axis) + cluster.mass * pitch * pitch > floor
+        }
         JointKind::Spherical => pivots_exceed(&about, floor),
         JointKind::Free => cluster.mass > 0.0 && pivots_exceed(&cluster.inertia, floor),
     }
@@ -119,6 +131,18 @@ fn gives_way(further: &JointKind, place: &Seat, carrying: &JointKind) -> bool {
             is_parallel(axis, other) && is_met_by(axis)
         }
         (JointKind::Revolute { axis }, JointKind::Spherical) => is_met_by(axis),
+        (
+            JointKind::Screw { axis, pitch },
+            JointKind::Screw {
+                axis: other,
+                pitch: further,
+            },
+        ) => {
+            // A thread has the same hand seen from either end.
+            is_parallel(axis, other)
+                && is_met_by(axis)
+                && (pitch - further).abs() <= COAXIAL * (pitch.abs() + further.abs())
+        }
         (JointKind::Prismatic { axis }, JointKind::Prismatic { axis: other }) => {
             is_parallel(axis, other)
         }

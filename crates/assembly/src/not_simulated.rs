@@ -16,12 +16,16 @@ pub struct NotSimulated {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Feature {
-    /// The joint moves through its limits.
+    /// The joint, which has not one freedom, moves through its limits.
     Limits,
-    /// Damping [N m s/rad or N s/m].
+    /// Largest speed [rad/s or m/s].
+    Velocity(f64),
+    /// Damping of a fixed or free joint [N m s/rad or N s/m].
     Damping(f64),
-    /// Static friction [N m or N].
+    /// Friction of a joint that has not one freedom [N m or N].
     Friction(f64),
+    /// Rotor inertia of a fixed or free joint [kg m^2 or kg].
+    Armature(f64),
     /// The joint does not follow the named body's: one of them has not one freedom, or they are one.
     Mimic(String),
 }
@@ -37,14 +41,24 @@ impl NotSimulated {
                 });
             };
             let joint = &body.joint;
-            if joint.limits.is_some() {
-                push(Feature::Limits);
+            let freedoms = joint.kind.dof_count();
+            if let Some(limits) = &joint.limits {
+                if limits.position.is_some() && freedoms != 1 {
+                    push(Feature::Limits);
+                }
+                if let Some(velocity) = limits.velocity {
+                    push(Feature::Velocity(velocity));
+                }
             }
-            if joint.damping != 0.0 {
+            let is_rigid = !matches!(freedoms, 1 | 3);
+            if joint.damping != 0.0 && is_rigid {
                 push(Feature::Damping(joint.damping));
             }
-            if joint.friction != 0.0 {
+            if joint.friction != 0.0 && freedoms != 1 {
                 push(Feature::Friction(joint.friction));
+            }
+            if joint.armature != 0.0 && is_rigid {
+                push(Feature::Armature(joint.armature));
             }
             if let Some(mimic) = &joint.mimic
                 && model.followed(id).is_none()
@@ -61,6 +75,8 @@ impl fmt::Display for NotSimulated {
         write!(f, "not simulated: joint of `{}`: ", self.body)?;
         match &self.feature {
             Feature::Limits => write!(f, "limits"),
+            Feature::Velocity(value) => write!(f, "velocity limit {value}"),
+            Feature::Armature(value) => write!(f, "armature {value}"),
             Feature::Damping(value) => write!(f, "damping {value}"),
             Feature::Friction(value) => write!(f, "friction {value}"),
             Feature::Mimic(body) => write!(f, "mimic of the joint of `{body}`"),

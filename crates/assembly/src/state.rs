@@ -93,7 +93,7 @@ impl State {
             let qd = &mut state.qd[body.dof_range()];
             match body.joint.kind {
                 JointKind::Fixed => {}
-                JointKind::Revolute { .. } => {
+                JointKind::Revolute { .. } | JointKind::Screw { .. } => {
                     q[0] = random.symmetric() * core::f64::consts::PI;
                     qd[0] = random.symmetric();
                 }

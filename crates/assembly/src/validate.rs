@@ -2,7 +2,9 @@
 
 use crate::closure;
 use crate::description::MODEL_VERSION;
-use crate::{Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError};
+use crate::{
+    Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest, Spring, Stop,
+};
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -14,8 +16,52 @@ const LARGEST: f64 = 1e100;
 /// Index limit of positions and degrees of freedom: seven of them a body still fit 32 bits.
 const BODY_LIMIT: usize = (u32::MAX / 8) as usize;
 
-/// Checks everything but the distribution of mass and returns an order with parents first.
+/// Checks everything but the joints that move no inertia and returns an order with parents first.
 pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelError> {
+    let (order, problems) = check_all(description);
+    match problems.into_iter().next() {
+        Some(problem) => Err(problem),
+        None => Ok(order),
+    }
+}
+
+/// The same, and everything that is wrong: of each joint, mass and frame the first thing. The order is
+/// one only if nothing is.
+pub(crate) fn check_all(description: &ModelDescription) -> (Vec<usize>, Vec<ModelError>) {
+    if let Err(problem) = check_whole(description) {
+        return (Vec::new(), vec![problem]);
+    }
+    let mut problems = Vec::new();
+    let bodies = &description.bodies;
+    let mut by_name = HashMap::with_capacity(bodies.len());
+    for (index, body) in bodies.iter().enumerate() {
+        problems.extend(check_name("body", index, &body.name).err());
+        if by_name.insert(body.name.as_str(), index).is_some() && !body.name.is_empty() {
+            problems.push(ModelError::DuplicateName {
+                name: body.name.clone(),
+            });
+        }
+        problems.extend(check_joint(&body.name, &body.joint).err());
+        problems.extend(check_mass(&body.name, &body.mass).err());
+    }
+    for body in bodies {
+        if let Some(mimic) = &body.joint.mimic
+            && !by_name.contains_key(mimic.body.as_str())
+        {
+            problems.push(ModelError::UnknownBody {
+                user: body.name.clone(),
+                body: mimic.body.clone(),
+            });
+        }
+    }
+    check_frames(description, &by_name, &mut problems);
+    closure::check(description, &by_name, &mut problems);
+    let order = parents_first(description, &by_name, &mut problems);
+    (order, problems)
+}
+
+/// Checks what is not of a single body.
+fn check_whole(description: &ModelDescription) -> Result<(), ModelError> {
     if description.version != MODEL_VERSION {
         return Err(ModelError::UnsupportedVersion {
             what: "model",
@@ -35,32 +81,7 @@ pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelE
         "gravity",
         &description.name,
         description.gravity.abs().max_element(),
-    )?;
-
-    let mut by_name = HashMap::with_capacity(bodies.len());
-    for (index, body) in bodies.iter().enumerate() {
-        check_name("body", index, &body.name)?;
-        if by_name.insert(body.name.as_str(), index).is_some() {
-            return Err(ModelError::DuplicateName {
-                name: body.name.clone(),
-            });
-        }
-        check_joint(&body.name, &body.joint)?;
-        check_mass(&body.name, &body.mass)?;
-    }
-    for body in bodies {
-        if let Some(mimic) = &body.joint.mimic
-            && !by_name.contains_key(mimic.body.as_str())
-        {
-            return Err(ModelError::UnknownBody {
-                user: body.name.clone(),
-                body: mimic.body.clone(),
-            });
-        }
-    }
-    check_frames(description, &by_name)?;
-    closure::check(description, &by_name)?;
-    parents_first(description, &by_name)
+    )
 }
 
 /// Checks that indices can count the bodies and their freedoms.
@@ -85,33 +106,35 @@ pub(crate) fn check_name(what: &'static str, index: usize, name: &str) -> Result
 fn check_frames(
     description: &ModelDescription,
     by_name: &HashMap<&str, usize>,
-) -> Result<(), ModelError> {
+    problems: &mut Vec<ModelError>,
+) {
     let mut names = HashSet::with_capacity(description.frames.len());
     for (index, frame) in description.frames.iter().enumerate() {
-        check_name("frame", index, &frame.name)?;
+        problems.extend(check_name("frame", index, &frame.name).err());
         if by_name.contains_key(frame.name.as_str()) || !names.insert(frame.name.as_str()) {
-            return Err(ModelError::DuplicateName {
+            problems.push(ModelError::DuplicateName {
                 name: frame.name.clone(),
             });
         }
         if let Some(body) = &frame.body
             && !by_name.contains_key(body.as_str())
         {
-            return Err(ModelError::UnknownBody {
+            problems.push(ModelError::UnknownBody {
                 user: frame.name.clone(),
                 body: body.clone(),
             });
         }
-        check_placement("placement", &frame.name, &frame.placement)?;
+        problems.extend(check_placement("placement", &frame.name, &frame.placement).err());
     }
-    Ok(())
 }
 
 /// Kahn's algorithm, the smallest index first: an order that has parents first is kept.
 fn parents_first(
     description: &ModelDescription,
     by_name: &HashMap<&str, usize>,
-) -> Result<Vec<usize>, ModelError> {
+    problems: &mut Vec<ModelError>,
+) -> Vec<usize> {
+    let known = problems.len();
     let bodies = &description.bodies;
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); bodies.len()];
     let mut ready = BinaryHeap::new();
@@ -120,12 +143,10 @@ fn parents_first(
             None => ready.push(Reverse(index)),
             Some(parent) => match by_name.get(parent.as_str()) {
                 Some(&parent) => children[parent].push(index),
-                None => {
-                    return Err(ModelError::UnknownParent {
-                        body: body.name.clone(),
-                        parent: parent.clone(),
-                    });
-                }
+                None => problems.push(ModelError::UnknownParent {
+                    body: body.name.clone(),
+                    parent: parent.clone(),
+                }),
             },
         }
     }
@@ -134,14 +155,17 @@ fn parents_first(
         order.push(index);
         ready.extend(children[index].iter().map(|&child| Reverse(child)));
     }
-    if order.len() < bodies.len() {
-        return Err(ModelError::Cycle {
+    // What hangs from a missing parent, or from one of two of a name, may not be placed either.
+    let is_twice = |problem: &ModelError| matches!(problem, ModelError::DuplicateName { .. });
+    let is_clear = problems.len() == known && !problems.iter().any(is_twice);
+    if order.len() < bodies.len() && is_clear {
+        problems.push(ModelError::Cycle {
             body: bodies[body_on_cycle(description, by_name, &order)]
                 .name
                 .clone(),
         });
     }
-    Ok(order)
+    order
 }
 
 /// Walks from an unplaced body towards its parents as often as there are bodies: that ends on the
@@ -167,14 +191,18 @@ fn body_on_cycle(
     index
 }
 
-fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
-    if let JointKind::Revolute { axis } | JointKind::Prismatic { axis } = joint.kind {
+pub(crate) fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
+    if let Some(axis) = joint.kind.axis() {
         finite_vector("joint axis", body, axis)?;
         if axis == DVec3::ZERO {
             return Err(ModelError::ZeroAxis {
                 body: body.to_owned(),
             });
         }
+    }
+    if let JointKind::Screw { pitch, .. } = joint.kind {
+        finite("joint pitch", body, pitch)?;
+        not_absurd("joint pitch", body, pitch.abs())?;
     }
     check_placement(
         "joint placement on the parent",
@@ -184,6 +212,11 @@ fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
     check_placement("joint placement on the body", body, &joint.child_placement)?;
     not_negative("joint damping", body, joint.damping)?;
     not_negative("joint friction", body, joint.friction)?;
+    not_negative("joint armature", body, joint.armature)?;
+    if let Some(spring) = &joint.spring {
+        check_spring(body, joint.kind, spring)?;
+    }
+    check_stop(body, &joint.stop)?;
     if let Some(limits) = &joint.limits {
         check_limits(body, limits)?;
     }
@@ -213,6 +246,47 @@ fn check_limits(body: &str, limits: &JointLimits) -> Result<(), ModelError> {
         not_negative(quantity, body, limit.unwrap_or(0.0))?;
     }
     Ok(())
+}
+
+fn check_spring(body: &str, kind: JointKind, spring: &Spring) -> Result<(), ModelError> {
+    not_negative("joint stiffness", body, spring.stiffness)?;
+    let suits = match (kind.dof_count(), spring.rest) {
+        (1, Rest::Position(rest)) => {
+            finite("joint rest position", body, rest)?;
+            true
+        }
+        (3, Rest::Orientation(rest)) => {
+            let pose = Pose::new(rest, DVec3::ZERO);
+            check_placement("joint rest orientation", body, &pose)?;
+            true
+        }
+        _ => false,
+    };
+    if suits {
+        return Ok(());
+    }
+    Err(ModelError::UnsuitedSpring {
+        body: body.to_owned(),
+    })
+}
+
+fn check_stop(body: &str, stop: &Stop) -> Result<(), ModelError> {
+    match *stop {
+        Stop::Hard { restitution } => {
+            not_negative("joint restitution", body, restitution)?;
+            if restitution > 1.0 {
+                return Err(ModelError::BadParameter {
+                    parameter: "the restitution of a joint's stop",
+                    requirement: "between 0 and 1",
+                });
+            }
+            Ok(())
+        }
+        Stop::Soft { stiffness, damping } => {
+            not_negative("joint stop stiffness", body, stiffness)?;
+            not_negative("joint stop damping", body, damping)
+        }
+    }
 }
 
 fn not_negative(quantity: &'static str, body: &str, value: f64) -> Result<(), ModelError> {
@@ -247,7 +321,7 @@ pub(crate) fn check_placement(
     Ok(())
 }
 
-fn check_mass(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
+pub(crate) fn check_mass(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
     check_mass_numbers(body, mass)?;
     match mass.violation() {
         Some(reason) => Err(ModelError::NonPhysicalInertia {
@@ -333,7 +407,7 @@ pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
 
 /// Axes of unit length, quaternions too.
 pub(crate) fn normalized(mut joint: Joint) -> Joint {
-    if let JointKind::Revolute { axis } | JointKind::Prismatic { axis } = &mut joint.kind {
+    if let Some(axis) = joint.kind.axis_mut() {
         *axis = unit_axis(*axis);
     }
     for placement in [&mut joint.parent_placement, &mut joint.child_placement] {

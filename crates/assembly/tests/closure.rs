@@ -146,3 +146,26 @@ fn linkages_that_do_not_meet_are_refused() {
     let refused = mechanism::four_bar(5.0, 0.3, 0.9, 0.7, 0.4);
     assert!(matches!(refused, Err(ModelError::BadParameter { .. })));
 }
+
+#[test]
+fn loops_stay_while_their_bodies_do() {
+    let (leg, state) = mechanism::jansen_leg().unwrap();
+    let leg = leg
+        .describe()
+        .couple("belt", "crank", "shin", 2.0, 0.0)
+        .build()
+        .unwrap();
+    let mut edit = leg.edit(&state).unwrap();
+    edit.remove(leg.find("lower").unwrap()).unwrap();
+    edit.weld(leg.find("crank").unwrap()).unwrap();
+    let model = edit.finish().unwrap().model;
+    let name = |body: Option<vertebra_assembly::BodyId>| &model.body(body.unwrap()).unwrap().name;
+    let ends: Vec<_> = model
+        .loops()
+        .iter()
+        .map(|closed| closed.bodies.map(name))
+        .collect();
+    assert_eq!(ends, [["upper", "shoulder"], ["strut", "shin"]]);
+    // What is welded follows nothing.
+    assert_eq!(model.couplings().count(), 0);
+}

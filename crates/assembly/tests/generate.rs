@@ -186,6 +186,7 @@ fn random_trees_are_valid_and_as_asked() {
                 JointKind::Prismatic { .. } => 2,
                 JointKind::Spherical => 3,
                 JointKind::Free => 4,
+                JointKind::Screw { .. } => 5,
             }] += 1;
             assert!(body.mass.violation().is_none());
         }

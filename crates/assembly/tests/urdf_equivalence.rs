@@ -49,7 +49,7 @@ fn written(model: &Model) -> String {
             JointKind::Prismatic { axis } => ("prismatic", axis),
             JointKind::Fixed => ("fixed", DVec3::X),
             JointKind::Free => ("floating", DVec3::X),
-            JointKind::Spherical => panic!("URDF has no ball joints"),
+            JointKind::Spherical | JointKind::Screw { .. } => panic!("URDF has no such joints"),
         };
         writeln!(
             text,

@@ -4,6 +4,7 @@
 
 use std::fs;
 use vertebra_assembly::urdf::{self, Mesh, Options, Problem, Robot, Shape, UrdfError};
+use vertebra_assembly::xml::XmlProblem;
 use vertebra_assembly::{Model, ModelError};
 
 const BASE: &str = "<link name='base'/>\n";
@@ -57,7 +58,10 @@ fn the_base_of_these_tests_is_right() {
 #[test]
 fn other_documents_are_told_apart() {
     let not_xml = |text: &str, line, words: &[&str]| {
-        assert_problem!(refused(text, line, words), Problem::NotXml { .. });
+        assert_problem!(
+            refused(text, line, words),
+            Problem::Xml(XmlProblem::NotXml { .. })
+        );
     };
     not_xml("no xml", 1, &["not well-formed XML"]);
     not_xml("<robot name='r'>\n<li<nk/></robot>", 2, &[]);
@@ -70,7 +74,7 @@ fn other_documents_are_told_apart() {
     not_xml("<robot name='r'>\n<sensor:camera/></robot>", 2, &["sensor"]);
     for text in ["", "<robot name='r'>\n<link name='a'/>", "<!-- -->"] {
         let error = refusal_of(text, &Options::default());
-        assert_problem!(error.problem, Problem::NotXml { .. });
+        assert_problem!(error.problem, Problem::Xml(XmlProblem::NotXml { .. }));
         assert_eq!(error.location.line, None, "{text}");
     }
     for (root, format) in [
@@ -94,7 +98,7 @@ fn other_documents_are_told_apart() {
     let bomb = "<!DOCTYPE robot [<!ENTITY a 'aaaaaaaaaa'><!ENTITY b '&a;&a;&a;&a;&a;'>]>\
                 <robot name='&b;'/>";
     let error = refusal_of(bomb, &Options::default());
-    assert_problem!(error.problem, Problem::DocumentType);
+    assert_problem!(error.problem, Problem::Xml(XmlProblem::DocumentType));
     assert!(urdf::parse("<robot name='&b;'/>", &Options::default()).is_err());
 }
 
@@ -112,7 +116,7 @@ fn unexpanded_xacro_is_recognised() {
     ];
     for text in texts {
         let problem = refused(&text, 2, &["xacro", "run xacro"]);
-        assert_problem!(problem, Problem::Unexpanded { .. });
+        assert_problem!(problem, Problem::Xml(XmlProblem::Unexpanded { .. }));
     }
     // Where nothing is read nothing need be expanded.
     let gazebo = robot(&(inner + "<gazebo><topic>camera_${name}</topic><a b='${c}'/></gazebo>"));
@@ -122,7 +126,10 @@ fn unexpanded_xacro_is_recognised() {
 #[test]
 fn missing_parts_are_named() {
     let attribute = |text: &str, line, words: &[&str]| {
-        assert_problem!(refused(text, line, words), Problem::MissingAttribute { .. });
+        assert_problem!(
+            refused(text, line, words),
+            Problem::Xml(XmlProblem::MissingAttribute { .. })
+        );
     };
     let whole = [BASE, ARM, JOINT].concat();
     let without = |part: &str| {
@@ -170,7 +177,10 @@ fn missing_parts_are_named() {
     );
 
     let element = |text: &str, line, words: &[&str]| {
-        assert_problem!(refused(text, line, words), Problem::MissingElement { .. });
+        assert_problem!(
+            refused(text, line, words),
+            Problem::Xml(XmlProblem::MissingElement { .. })
+        );
     };
     element(
         &without("<parent link='base'/>"),
@@ -211,7 +221,7 @@ fn missing_parts_are_named() {
         let text = robot(&whole.replacen(part, &part.repeat(2), 1));
         assert_problem!(
             refused(&text, if part.contains("link=") { 4 } else { 3 }, &[]),
-            Problem::Repeated
+            Problem::Xml(XmlProblem::Repeated)
         );
     };
     twice("<parent link='base'/>");
@@ -235,7 +245,7 @@ fn numbers_are_checked() {
         "a b c", "1,2,3", "1 2 0x3", "--1 0 0", "1 2 3m", "1e 0 0", "٣ 0 0",
     ] {
         let problem = refused(&origin(bad), 5, &[element, "`xyz`", "not a number"]);
-        assert_problem!(problem, Problem::NotANumber { .. });
+        assert_problem!(problem, Problem::Xml(XmlProblem::NotANumber { .. }));
     }
     for bad in [
         "nan 0 0",
@@ -245,22 +255,22 @@ fn numbers_are_checked() {
         "NaN NaN NaN",
     ] {
         let problem = refused(&origin(bad), 5, &[element, "`xyz`", "not finite"]);
-        assert_problem!(problem, Problem::NonFinite { .. });
+        assert_problem!(problem, Problem::Xml(XmlProblem::NonFinite { .. }));
     }
     for (bad, count) in [("", 0), ("1", 1), ("1 2", 2), ("1 2 3 4", 4)] {
         match refused(&origin(bad), 5, &[element, "needs 3"]) {
-            Problem::WrongCount { found, .. } => assert_eq!(found, count),
+            Problem::Xml(XmlProblem::WrongCount { found, .. }) => assert_eq!(found, count),
             other => panic!("{other:?}"),
         }
     }
     let mass = |value: &str| robot(&[BASE, &ARM.replacen("'1'", value, 1), JOINT].concat());
     assert_problem!(
         refused(&mass("'1 2'"), 3, &["<mass>"]),
-        Problem::WrongCount { .. }
+        Problem::Xml(XmlProblem::WrongCount { .. })
     );
     assert_problem!(
         refused(&mass("'  '"), 3, &["<mass>"]),
-        Problem::WrongCount { .. }
+        Problem::Xml(XmlProblem::WrongCount { .. })
     );
     for (element, attribute) in [
         ("limit", "effort"),
@@ -270,7 +280,7 @@ fn numbers_are_checked() {
         let joint = JOINT.replace("</joint>", &format!("<{element} {attribute}='x'/></joint>"));
         let text = robot(&[BASE, ARM, &joint].concat());
         let problem = refused(&text, 4, &[element, attribute]);
-        assert_problem!(problem, Problem::NotANumber { .. });
+        assert_problem!(problem, Problem::Xml(XmlProblem::NotANumber { .. }));
     }
     let shape = |shape: &str| {
         let visual = format!("<link name='a'><visual><geometry>{shape}</geometry></visual></link>");
@@ -523,7 +533,10 @@ fn missing_meshes_matter_only_when_asked_for() {
         "",
     ]);
     let empty = refusal_of(&text, &Options::default());
-    assert_problem!(empty.problem, Problem::MissingAttribute { .. });
+    assert_problem!(
+        empty.problem,
+        Problem::Xml(XmlProblem::MissingAttribute { .. })
+    );
     let text = text.replace("filename=''", "filename='.'");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("arm.urdf");

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 
 use crate::all_pairs::ExactTest;
 use crate::bounds::Bounds;
+use crate::classify::classify;
 use crate::criterion::Criterion;
 use crate::culling::Culling;
 use crate::curves::{Builder, Corners, Curves};
@@ -16,6 +17,7 @@ use crate::mesh::TriangleMesh;
 use crate::operand::Operand;
 use crate::parallel;
 use crate::predicates::{Axis, Plane, Sign, orient2d, strictly_one_side};
+use crate::query::ClassifiedPair;
 use crate::sink::{Any, Count, Mask, Pairs, Sink, Statistics, run};
 use crate::transform::RelativePose;
 use crate::traverse::TreeTest;
@@ -101,6 +103,21 @@ impl<'a> SelfQuery<'a> {
     #[must_use]
     pub fn pairs(&self) -> Vec<[u32; 2]> {
         Pairs::sorted(self.run(Pairs::default))
+    }
+
+    /// All pairs of triangles that meet, the lesser index first, in lexicographic order, each with what it meets in. Of
+    /// neighbours that includes their common corners: if one is folded onto the other, an area.
+    #[must_use]
+    pub fn classified(&self) -> Vec<ClassifiedPair> {
+        let (mesh, pairs) = (self.operand.mesh(), self.pairs());
+        let class = |index: usize| {
+            let [a, b] = pairs[index];
+            let class = classify(&mesh.wide_triangle(a), &mesh.wide_triangle(b))?;
+            Some(ClassifiedPair { a, b, class })
+        };
+        let threads = parallel::available(self.threads);
+        let classes = parallel::map(threads, pairs.len(), class);
+        classes.into_iter().flatten().collect()
     }
 
     /// Where the surface meets itself, as polylines, in the mesh's own frame.

@@ -6,6 +6,9 @@
 //! Up: U = IA S, D = S' U, u = tau - S' pA; what the joint does not let go is passed on,
 //! Ia = IA - U D^-1 U', pa = pA + Ia c + U D^-1 u; parent: IA += X' Ia X, pA += X' pa.
 //! Down: a' = X a_parent + c, qdd = D^-1 (u - U' a'), a = a' + S qdd.
+//!
+//! A freedom may have inertia E of its own, which turns with nothing but the joint (a rotor, what an
+//! implicit step adds): D = S' U + E, and the joint transmits S' f = tau - E qdd.
 
 use crate::drive::{driven, transmitted};
 use crate::link::{Kind, Link};
@@ -14,7 +17,7 @@ use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Workspace, finite_results};
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{
-    ArticulatedInertia, Force, Motion, Number, Real, SmallCholesky, Sym3, Vec3, vec3,
+    ArticulatedInertia, Force, Mat6, Motion, Number, Real, SmallCholesky, Sym3, Vec3, vec3,
 };
 
 /// Forward dynamics: the joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
@@ -42,6 +45,7 @@ pub fn aba<'w>(
         for (tau, (&given, &scale)) in s.tau.iter_mut().zip(forces.joint.iter().zip(&scales.force)) {
             *tau = Number::from_f64(given / scale);
         }
+        s.set_added(0, forces, scales);
         s.articulate().map_err(|i| Error::SingularJoint {
             body: model.bodies()[i].name.clone(),
         })?;
@@ -116,15 +120,22 @@ impl<T: Number> Sweeps<T> {
                 Kind::Revolute => {
                     let axis = self.subspace[v].angular;
                     let u_column = Force::new(inertia.angular * axis, inertia.coupling * axis);
-                    let d = axis.dot(u_column.angular);
+                    let d = axis.dot(u_column.angular) + self.added[v];
                     (u_column, d, floor[0], self.tau[v] - axis.dot(bias.angular))
                 }
                 Kind::Prismatic => {
                     let axis = self.subspace[v].linear;
                     let u_column =
                         Force::new(inertia.coupling.transpose_mul(axis), inertia.linear * axis);
-                    let d = axis.dot(u_column.linear);
+                    let d = axis.dot(u_column.linear) + self.added[v];
                     (u_column, d, floor[1], self.tau[v] - axis.dot(bias.linear))
+                }
+                Kind::Screw => {
+                    let (column, pitch) = (self.subspace[v], self.links[i].pitch);
+                    let u_column = inertia.mul(column);
+                    let d = column.dot(u_column) + self.added[v];
+                    let floor = floor[0] + floor[1] * pitch * pitch;
+                    (u_column, d, floor, self.tau[v] - column.dot(bias))
                 }
                 _ => {
                     let passed_on = self.pass_on_several(i, floor)?;
@@ -189,7 +200,12 @@ impl<T: Number> Sweeps<T> {
     fn pass_on_several(&mut self, i: usize, floor: [T; 2]) -> Result<PassedOn<T>, usize> {
         let (inertia, bias) = (self.articulated[i], self.bias[i]);
         let (r, c) = (self.offset[i], self.bias_acceleration[i]);
+        let held = self.holds(i);
         let (passed, force) = match self.links[i].kind {
+            Kind::Spherical | Kind::Free if held => {
+                self.let_go_several(i, floor, &inertia, bias)?;
+                self.pass_on_held(i, inertia, bias, c)
+            }
             Kind::Free => {
                 self.let_go_several(i, floor, &inertia, bias)?;
                 // Everything is let go but what drives the joint.
@@ -224,6 +240,7 @@ impl<T: Number> Sweeps<T> {
             for (l, other) in dofs.clone().enumerate().take(k + 1) {
                 d[k][l] = self.subspace[other].dot(u_column);
             }
+            d[k][k] += self.added[dof];
             let projected = self.subspace[dof].dot(bias);
             self.u[dof] = self.tau[dof] - projected;
         }
@@ -232,6 +249,39 @@ impl<T: Number> Sweeps<T> {
         let factor = SmallCholesky::factor(dofs.len(), &d, &floors).map_err(|_| i)?;
         self.factors[self.factor_of[i] as usize] = Some(factor);
         Ok(())
+    }
+
+    /// Whether a joint of several freedoms has inertia of its own, which lets go less than all.
+    pub(crate) fn holds(&self, i: usize) -> bool {
+        let mut own = self.added[self.dofs(i)].iter();
+        own.any(|&own| own != T::ZERO)
+    }
+
+    /// Ia and pa of a joint of several freedoms with inertia of its own. With D = L L' and Y = U L^-T,
+    /// Ia = IA - Y Y' and pa = pA + Ia c + Y L^-1 u.
+    fn pass_on_held(
+        &self,
+        i: usize,
+        mut inertia: ArticulatedInertia<T>,
+        mut force: Force<T>,
+        c: Motion<T>,
+    ) -> (ArticulatedInertia<T>, Force<T>) {
+        if let Some(factor) = &self.factors[self.factor_of[i] as usize] {
+            let mut columns = Mat6::ZERO;
+            let mut drives = [T::ZERO; 6];
+            for (k, dof) in self.dofs(i).enumerate() {
+                columns.0[k] = self.u_columns[dof].to_array();
+                drives[k] = self.u[dof];
+            }
+            factor.solve_lower_rows(&mut columns);
+            factor.solve_lower(&mut drives);
+            for (row, drive) in columns.0.into_iter().zip(drives).take(factor.order()) {
+                let column = Force::from_array(row);
+                inertia.subtract_outer(column, T::ONE);
+                force += column * drive;
+            }
+        }
+        (inertia, force + inertia.mul(c))
     }
 
     /// Ia and pa of a spherical joint, which lets all moments go but those that drive it: of Ia only
@@ -288,8 +338,11 @@ impl<T: Number> Sweeps<T> {
         for i in 0..self.links.len() {
             let f = self.articulated[i].mul(self.acceleration[i]) + self.bias[i];
             let dofs = self.dofs(i);
-            let (columns, tau) = (&self.subspace[dofs.clone()], &self.tau[dofs]);
-            self.joint_wrench[i] = transmitted(f, columns, tau);
+            let mut tau = [T::ZERO; 6];
+            for (tau, dof) in tau.iter_mut().zip(dofs.clone()) {
+                *tau = self.tau[dof] - self.added[dof] * self.u[dof];
+            }
+            self.joint_wrench[i] = transmitted(f, &self.subspace[dofs], &tau);
         }
     }
 
@@ -301,7 +354,7 @@ impl<T: Number> Sweeps<T> {
 
     /// From the world down: accelerations. `u` becomes qdd.
     ///
-    /// With a = a' + S qdd the condition on qdd reads U' a = u. It is solved twice: a' may be much
+    /// With a = a' + S qdd the condition on qdd reads U' a + E qdd = u. It is solved twice: a' may be much
     /// larger than a (a light body on a fast joint hardly notices its parent), and then rounding of
     /// the order of a' is left in a; the second solution removes it.
     pub(crate) fn respond(&mut self) {
@@ -322,6 +375,7 @@ impl<T: Number> Sweeps<T> {
                     let (axis, u_column) = (self.subspace[v].angular, self.u_columns[v]);
                     let rest = self.u[v] - a.linear.dot(u_column.linear);
                     let first = self.first_response(i, v, above);
+                    let rest = rest - self.added[v] * first;
                     let second = (axis, u_column.angular, rest, self.d_inverse[i]);
                     (a.angular, self.u[v]) = respond_again(a.angular, first, second);
                 }
@@ -329,8 +383,18 @@ impl<T: Number> Sweeps<T> {
                     let (axis, u_column) = (self.subspace[v].linear, self.u_columns[v]);
                     let rest = self.u[v] - a.angular.dot(u_column.angular);
                     let first = self.first_response(i, v, above);
+                    let rest = rest - self.added[v] * first;
                     let second = (axis, u_column.linear, rest, self.d_inverse[i]);
                     (a.linear, self.u[v]) = respond_again(a.linear, first, second);
+                }
+                Kind::Screw => {
+                    let (column, u_column) = (self.subspace[v], self.u_columns[v]);
+                    let first = self.first_response(i, v, above);
+                    a += column * first;
+                    let rest = self.u[v] - self.added[v] * first - a.dot(u_column);
+                    let second = rest * self.d_inverse[i];
+                    a += column * second;
+                    self.u[v] = first + second;
                 }
                 Kind::Spherical | Kind::Free => self.respond_several(i, self.dofs(i), &mut a),
             }
@@ -355,8 +419,8 @@ impl<T: Number> Sweeps<T> {
         let mut qdd = [T::ZERO; 6];
         for _ in 0..2 {
             let mut rest = [T::ZERO; 6];
-            for (rest, dof) in rest.iter_mut().zip(dofs.clone()) {
-                *rest = self.u[dof] - a.dot(self.u_columns[dof]);
+            for ((rest, dof), &qdd) in rest.iter_mut().zip(dofs.clone()).zip(&qdd) {
+                *rest = self.u[dof] - self.added[dof] * qdd - a.dot(self.u_columns[dof]);
             }
             factor.solve(&mut rest);
             for (k, dof) in dofs.clone().enumerate() {
@@ -368,8 +432,8 @@ impl<T: Number> Sweeps<T> {
     }
 }
 
-/// Solves U' (a' + axis qdd) = u once more, of which `rest` is u less the part in which the joint does
-/// not move; gives that part of a and qdd.
+/// Solves U' (a' + axis qdd) + E qdd = u once more, of which `rest` is u less what E takes the first
+/// time and the part in which the joint does not move; gives that part of a and qdd.
 #[inline]
 fn respond_again<T: Number>(
     a: Vec3<T>,

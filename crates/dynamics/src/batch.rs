@@ -291,6 +291,16 @@ impl Worker {
     }
 }
 
+/// Whether the joints of several freedoms have inertia of their own in both or in neither: a pack takes
+/// them one way or the other.
+fn holds_alike(model: &Model, a: &Forces, b: &Forces) -> bool {
+    (a.joint_inertia.is_empty() && b.joint_inertia.is_empty())
+        || model.bodies().iter().all(|body| {
+            let holds = |forces: &Forces| body.dof_range().any(|dof| forces.inertia(dof) != 0.0);
+            body.dof_range().len() < 2 || holds(a) == holds(b)
+        })
+}
+
 /// States side by side.
 #[derive(Clone, Debug)]
 struct Pack<T: Number> {
@@ -324,6 +334,12 @@ impl<T: Number> Pack<T> {
         if !states.iter().zip(forces).all(fits) {
             return false;
         }
+        if !forces
+            .iter()
+            .all(|other| holds_alike(model, &forces[0], other))
+        {
+            return false;
+        }
         let s = &mut self.sweeps;
         for lane in 0..T::LANES {
             // Lanes to spare repeat the last item.
@@ -339,6 +355,7 @@ impl<T: Number> Pack<T> {
             for (tau, (&given, &scale)) in s.tau.iter_mut().zip(given) {
                 tau.set_lane(lane, T::Scalar::from_f64(given / scale));
             }
+            s.set_added(lane, &forces[item], scales);
         }
         s.set_state(&self.q, &self.qd, model.units().length, &scales.rate);
         for (lane, forces) in forces.iter().enumerate() {

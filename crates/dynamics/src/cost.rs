@@ -53,6 +53,23 @@ pub(crate) fn dca(bodies: usize, rounds: usize, threads: usize, precision: Preci
     alone * (SERIAL + (1.0 - SERIAL) / threads as f64) + 4.0 * rounds as f64 * ROUND
 }
 
+/// Time of accelerations of a batch on a GPU \[s\]: a dispatch, then either the latency of each level or
+/// the traffic of all bodies. An H100, f64: 23.7 us for 4096 of 7 bodies, 65.2 us for 8192 of 22 and 244 us for
+/// 32 768 of these.
+#[cfg(feature = "gpu")]
+#[expect(clippy::cast_precision_loss, reason = "an estimate")]
+pub(crate) fn gpu_batch_time(items: usize, bodies: usize, levels: usize) -> f64 {
+    13e-6 + (1.5e-6 * levels as f64).max(0.32e-9 * items as f64 * bodies as f64)
+}
+
+/// Time of a step of so many copies of a model on a GPU by divide and conquer \[s\]: rounds of one, memory of
+/// all.
+#[cfg(feature = "gpu")]
+pub(crate) fn gpu_forest(items: usize, bodies: usize, precision: Precision) -> f64 {
+    let one = gpu_step(bodies, precision, precision);
+    one + gpu_memory(items.saturating_sub(1) * bodies, precision, precision)
+}
+
 /// Time of a batch on a GPU, in units of a body's: a lane does a body a level, and while there are
 /// fewer warps of 32 lanes than hide each other's latency, more of them cost nothing. An H100 has 528 schedulers of warps,
 /// about two and a half for each hide it.
@@ -63,4 +80,56 @@ pub(crate) fn gpu_batch(items: usize, levels: usize, lanes: u32, handoffs: usize
     const HANDOFF: f64 = 0.2;
     let warps = (items as f64 / 32.0) * f64::from(lanes);
     (warps / WARPS).max(1.0) * (levels as f64 + HANDOFF * handoffs as f64 / f64::from(lanes))
+}
+
+/// Time of a step on a GPU by divide and conquer \[s\]: dispatches and the latency of each halving, then
+/// memory of each body. An H100, chains of 128 and 2048 bodies, one of 16 steps in a submission; beyond
+/// them what a body's memory takes.
+#[cfg(feature = "gpu")]
+#[expect(clippy::cast_precision_loss, reason = "an estimate")]
+pub(crate) fn gpu_step(bodies: usize, chunks: Precision, tree: Precision) -> f64 {
+    let [first, halving] = match (chunks, tree) {
+        (Precision::F32, _) => [14e-6, 9.4e-6],
+        (_, Precision::F32) => [25e-6, 9.3e-6],
+        _ => [18e-6, 11.8e-6],
+    };
+    first + halving * (bodies.max(1) as f64).log2() + gpu_memory(bodies, chunks, tree)
+}
+
+#[cfg(feature = "gpu")]
+#[expect(clippy::cast_precision_loss, reason = "an estimate")]
+fn gpu_memory(bodies: usize, chunks: Precision, tree: Precision) -> f64 {
+    bodies as f64
+        * match (chunks, tree) {
+            (Precision::F32, _) => 1.5e-9,
+            (_, Precision::F32) => 2.5e-9,
+            _ => 3e-9,
+        }
+}
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::*;
+
+    /// Within a third of what was measured on an H100 (`docs/gpu.md`).
+    #[test]
+    fn estimates_are_near_what_was_measured() {
+        let (f32, f64) = (Precision::F32, Precision::F64);
+        for (estimate, measured) in [
+            (gpu_step(128, f32, f32), 79.5e-6),
+            (gpu_step(2048, f32, f32), 117e-6),
+            (gpu_step(128, f64, f32), 89.8e-6),
+            (gpu_step(2048, f64, f32), 127e-6),
+            (gpu_step(128, f64, f64), 100e-6),
+            (gpu_step(2048, f64, f64), 147e-6),
+            (gpu_batch_time(8192, 22, 10), 65.2e-6),
+            (gpu_batch_time(32_768, 22, 12), 244e-6),
+            (gpu_batch_time(4096, 7, 7), 23.7e-6),
+        ] {
+            let ratio: f64 = estimate / measured;
+            assert!((0.75..1.33).contains(&ratio), "{estimate:e} {measured:e}");
+        }
+        assert!(gpu_forest(1, 300, f64) == gpu_step(300, f64, f64));
+        assert!(gpu_forest(8, 300, f64) < 1.1 * gpu_forest(1, 300, f64));
+    }
 }

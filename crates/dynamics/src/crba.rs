@@ -55,7 +55,7 @@ pub fn crba<'w>(
     ))
 }
 
-/// Forward dynamics through the mass matrix: M qdd = tau - h, by Cholesky (faer). O(n^3); the
+/// Forward dynamics through the mass matrix: (M + E) qdd = tau - h, E the inertia of the freedoms' own, by Cholesky (faer). O(n^3); the
 /// factorisation is in f64 whatever the workspace's precision. Allocates.
 ///
 /// # Errors
@@ -74,7 +74,11 @@ pub fn crba_forward_dynamics(
     if dofs == 0 {
         return Ok(Vec::new());
     }
-    let mass_matrix = crba(model, state, workspace)?;
+    crba(model, state, workspace)?;
+    for (dof, &own) in forces.joint_inertia.iter().enumerate() {
+        workspace.mass_matrix[dof * (dofs + 1)] += own;
+    }
+    let mass_matrix = MatRef::from_column_major_slice(&workspace.mass_matrix, dofs, dofs);
     let factor = Llt::new(mass_matrix, Side::Lower).map_err(|error| {
         let faer::linalg::cholesky::llt::factor::LltError::NonPositivePivot { index } = error;
         Error::SingularMassMatrix { dofs, pivot: index }

@@ -20,8 +20,8 @@ pub(crate) fn driven<T: Number>(columns: &[Motion<T>], tau: &[T]) -> Force<T> {
 
 /// The force that a joint transmits, given one that is right but for rounding.
 ///
-/// What is left of it along the joint's freedoms, whose columns are orthonormal, is taken out:
-/// f += S (tau - S' f). Where the freedoms are all there is (free joints, and the moment of spherical
+/// What is left of it along the joint's freedoms, whose columns are orthogonal and, but for a screw's,
+/// of unit length, is taken out: f += S (S'S)^-1 (tau - S' f). Where the freedoms are all there is (free joints, and the moment of spherical
 /// ones) that is S tau without a rest; a rest would be rounding alone, and wrong in every digit where
 /// tau is zero.
 #[inline]
@@ -33,8 +33,9 @@ pub(crate) fn transmitted<T: Number>(
     match columns {
         [] => {}
         [column] => {
-            let excess = column.dot(f) - tau[0];
-            f -= along(*column) * excess;
+            let direction = along(*column);
+            let excess = (column.dot(f) - tau[0]) / column.dot(direction);
+            f -= direction * excess;
         }
         [_, _, _] => f.angular = driven(columns, tau).angular,
         _ => f = driven(columns, tau),

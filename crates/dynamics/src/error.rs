@@ -37,6 +37,16 @@ pub enum Error {
         /// Index of the body.
         body: usize,
     },
+    /// Gravity of its own for a body that is carried by another.
+    #[error(
+        "gravity is that of a whole articulation: set it for `{root}`, which carries `{body}`, or for its root"
+    )]
+    NotARoot {
+        /// The body that was named.
+        body: String,
+        /// The body that carries it.
+        root: String,
+    },
     /// A force, acceleration or step size that is not a finite number.
     #[error("{quantity} of `{element}` is not finite ({value}); give a number")]
     NonFiniteInput {
@@ -46,6 +56,46 @@ pub enum Error {
         element: String,
         /// The number.
         value: f64,
+    },
+    /// A motor on a joint that has none or several freedoms.
+    #[error(
+        "the joint of body `{body}` has not one freedom, so no motor drives it: put motors on revolute, prismatic or screw joints, and use joint forces on others"
+    )]
+    NoMotor {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// A motor with an impossible number.
+    #[error(
+        "{quantity} in the joint of body `{body}` is {value}: give a finite number, gains and limits not below zero"
+    )]
+    BadMotor {
+        /// The body whose joint it is.
+        body: String,
+        /// Which number.
+        quantity: &'static str,
+        /// The number.
+        value: f64,
+    },
+    /// Elements whose forces jump, in an integrator that takes them as smooth.
+    #[error(
+        "the joint of body `{body}` has friction or a hard stop, whose forces jump, and {integrator:?} steps take forces as smooth: choose SemiImplicitEuler, a soft stop, or a model without them (`Model::bare`)"
+    )]
+    RoughElement {
+        /// The body whose joint it is.
+        body: String,
+        /// The integrator.
+        integrator: crate::Integrator,
+    },
+    /// A step back in time with elements in the joints.
+    #[error(
+        "a step of {step} s with springs, dampers or motors in joints, such as that of `{body}`: their steps are implicit and go forward only; give a positive step, or a model without them (`Model::bare`)"
+    )]
+    StepBack {
+        /// The first body with such a joint.
+        body: String,
+        /// Length of the step \[s\].
+        step: f64,
     },
     /// The inertia that a joint moves vanishes in this position and precision.
     #[error(
@@ -202,6 +252,18 @@ pub enum Error {
         /// The precision asked for.
         precision: crate::Precision,
     },
+    /// Corrections that a device does not make.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "{sweeps} corrections of solutions with chunks in {chunks}: ask for 3 at most, on an adapter with f64 and with chunks in {}",
+        crate::Precision::F64
+    )]
+    Sweeps {
+        /// Corrections of each solution asked for.
+        sweeps: usize,
+        /// Precision of the chunks.
+        chunks: crate::Precision,
+    },
     /// One of several steps failed.
     #[error("step {step} of {count} (counted from 0) failed: {source}")]
     Step {
@@ -233,6 +295,24 @@ pub enum Error {
         /// The integrator.
         integrator: crate::Integrator,
     },
+    /// A joint that no kernel computes.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "the joint of body `{body}` is a screw, which is not computed on a GPU: simulate the model on the CPU"
+    )]
+    JointUnavailable {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// An element in a joint that no kernel computes.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "the joint of body `{body}` has a range, damping, friction, a rotor or a spring, which are not computed on a GPU: simulate the model on the CPU, or without all of these (`Model::bare`)"
+    )]
+    ElementUnavailable {
+        /// The body whose joint it is.
+        body: String,
+    },
     /// Another number of states or forces than a batch has items.
     #[cfg(feature = "gpu")]
     #[error("the batch has {expected} items, {given} were given: give one for each")]
@@ -241,6 +321,33 @@ pub enum Error {
         expected: usize,
         /// How many were given.
         given: usize,
+    },
+    /// What simulations on a GPU do not do.
+    #[error("{what} is not available on a GPU: {remedy}")]
+    UnavailableOnGpu {
+        /// What was asked for.
+        what: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// A GPU asked of a build that has none.
+    #[error(
+        "this build does not compute on a GPU: enable the feature `gpu`, or use `Device::cpu()`"
+    )]
+    GpuNotBuilt,
+    /// A model that does not fit a device.
+    #[error(
+        "a model of {bodies} bodies needs more than the device's {limit} = {available}: one like it of {fit} bodies fits; make several models, or simulate on the CPU"
+    )]
+    ModelTooLarge {
+        /// Bodies of the model.
+        bodies: usize,
+        /// Bodies that would fit, of a model like it.
+        fit: usize,
+        /// The limit.
+        limit: &'static str,
+        /// Its value \[byte\].
+        available: u64,
     },
     /// A batch that does not fit a device.
     #[cfg(feature = "gpu")]

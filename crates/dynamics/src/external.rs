@@ -10,7 +10,7 @@ impl<T: Number> Sweeps<T> {
     /// Adds the external forces on what is in one lane to `external`, where the velocity-product
     /// forces are already.
     pub(crate) fn add_external(&mut self, lane: usize, forces: &Forces, units: &Units) {
-        for (id, wrench) in forces.external() {
+        for (id, wrench) in forces.acting() {
             let i = id.index();
             let rotation = self.rotation[i].map(|entry| entry.lane(lane));
             let wrench = self.frames[i].wrench_at_joint(rotation, wrench, units);

@@ -1,17 +1,27 @@
-//! Forces acting on a model: in its joints and on its bodies.
+//! Forces acting on a model: in its joints and on its bodies, and gravity where it differs from the model's.
 
 use crate::Error;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use vertebra_assembly::{BodyId, Model, ModelError};
+use vertebra_assembly::{Body, BodyId, Model, ModelError};
 
-/// Joint forces and external forces. Gravity belongs to the model.
+/// Joint forces and external forces. Gravity is the model's, but for articulations that are given their
+/// own ([`set_gravity`](Self::set_gravity)).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Forces {
     /// Joint forces [N m or N], shape [`Model::dof_count`]; free and spherical joints in the axes of
     /// their rates.
     pub joint: Vec<f64>,
+    /// Inertia E that freedoms have of their own and that moves with nothing but the joint
+    /// [kg m^2 or kg]: that of a rotor, or what an implicit step adds ([`Elements`](crate::Elements)).
+    /// The equations of motion are (M + E) qdd = tau - h. Empty for none, else shape
+    /// [`Model::dof_count`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint_inertia: Vec<f64>,
     external: Vec<(BodyId, Wrench)>,
+    /// What another gravity than the model's adds, body by body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    weights: Vec<(BodyId, Wrench)>,
 }
 
 impl Forces {
@@ -20,13 +30,21 @@ impl Forces {
     pub fn none(model: &Model) -> Self {
         Self {
             joint: vec![0.0; model.dof_count()],
+            joint_inertia: Vec::new(),
             external: Vec::new(),
+            weights: Vec::new(),
         }
     }
 
     /// Lets a force act on a body, beside those that act already.
     pub fn push(&mut self, body: BodyId, wrench: Wrench) {
         self.external.push((body, wrench));
+    }
+
+    /// Takes what acts on the bodies from others.
+    pub(crate) fn set_external(&mut self, other: &Self) {
+        self.external.clone_from(&other.external);
+        self.weights.clone_from(&other.weights);
     }
 
     /// Takes all external forces away.
@@ -40,17 +58,96 @@ impl Forces {
         &self.external
     }
 
+    /// Inertia of a freedom's own [kg m^2 or kg].
+    pub(crate) fn inertia(&self, dof: usize) -> f64 {
+        self.joint_inertia.get(dof).copied().unwrap_or(0.0)
+    }
+
+    /// Lets another gravity than the model's act on one articulation of a forest, named by its root, the
+    /// body that the world carries [m/s^2, world axes]. Goes through all bodies once.
+    ///
+    /// On a body of mass m it acts as the force m (g - g of the model) at the centre of mass, which for
+    /// gravity without gradient is exact. Potential energies remain those in the model's gravity.
+    ///
+    /// ```
+    /// use vertebra_assembly::generate::{self, RandomTree};
+    /// use vertebra_dynamics::{Forces, Simulation};
+    ///
+    /// let forest = RandomTree { articulations: 2, ..RandomTree::mixed(10) };
+    /// let model = generate::random_tree(&forest, 1)?;
+    /// let mut simulation = Simulation::new(model.clone())?;
+    /// let moon = model.find("body-5").ok_or("the second root")?;
+    /// simulation.forces_mut().set_gravity(&model, moon, [0.0, 0.0, -1.62])?;
+    /// simulation.step(1e-3)?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`]; [`Error::NotARoot`] of a body that another carries;
+    /// [`Error::NonFiniteInput`]. Then gravity is as it was.
+    pub fn set_gravity(
+        &mut self,
+        model: &Model,
+        root: BodyId,
+        gravity: impl Into<DVec3>,
+    ) -> Result<(), Error> {
+        let gravity = gravity.into();
+        let body = known(model, root)?;
+        if let Some(parent) = body.parent {
+            return Err(Error::NotARoot {
+                body: body.name.clone(),
+                root: model.bodies()[root_of(model, parent).index()].name.clone(),
+            });
+        }
+        finite("gravity", &body.name, gravity)?;
+        let difference = gravity - model.gravity();
+        let mut carried = vec![false; model.bodies().len()];
+        for (id, body) in model.body_ids().zip(model.bodies()) {
+            carried[id.index()] = match body.parent {
+                None => id == root,
+                Some(parent) => carried[parent.index()],
+            };
+        }
+        self.weights.retain(|(id, _)| !carried[id.index()]);
+        if difference != DVec3::ZERO {
+            let bodies = model.body_ids().filter(|id| carried[id.index()]);
+            self.weights.extend(bodies.map(|id| {
+                let mass = model.bodies()[id.index()].mass.mass;
+                (id, Wrench::at_center(difference * mass))
+            }));
+        }
+        Ok(())
+    }
+
+    /// Everything that acts on bodies beside the model's gravity.
+    pub(crate) fn acting(&self) -> impl Iterator<Item = &(BodyId, Wrench)> {
+        self.external.iter().chain(&self.weights)
+    }
+
     /// Checks lengths, bodies and finiteness.
     ///
     /// # Errors
     /// [`Error`], naming the first number that is wrong.
     pub fn check(&self, model: &Model) -> Result<(), Error> {
         check_dofs(model, "joint forces", "joint force", &self.joint)?;
-        for (id, wrench) in &self.external {
-            let body = model.body(*id).ok_or_else(|| Error::UnknownBody {
-                model: model.name().to_owned(),
-                body: id.index(),
-            })?;
+        if !self.joint_inertia.is_empty() {
+            check_dofs(
+                model,
+                "joint inertias",
+                "joint inertia",
+                &self.joint_inertia,
+            )?;
+            let negative = |&inertia: &f64| inertia < 0.0;
+            if let Some(dof) = self.joint_inertia.iter().position(negative) {
+                return Err(Error::Model(ModelError::Negative {
+                    quantity: "joint inertia",
+                    body: body_of_dof(model, dof),
+                    value: self.joint_inertia[dof],
+                }));
+            }
+        }
+        for (id, wrench) in self.acting() {
+            let body = known(model, *id)?;
             for (quantity, v) in [
                 ("external force", wrench.force),
                 ("external torque", wrench.torque),
@@ -59,17 +156,37 @@ impl Forces {
                     wrench.point.unwrap_or(DVec3::ZERO),
                 ),
             ] {
-                if let Some(value) = v.to_array().into_iter().find(|value| !value.is_finite()) {
-                    return Err(Error::NonFiniteInput {
-                        quantity,
-                        element: body.name.clone(),
-                        value,
-                    });
-                }
+                finite(quantity, &body.name, v)?;
             }
         }
         Ok(())
     }
+}
+
+fn known(model: &Model, id: BodyId) -> Result<&Body, Error> {
+    model.body(id).ok_or_else(|| Error::UnknownBody {
+        model: model.name().to_owned(),
+        body: id.index(),
+    })
+}
+
+fn finite(quantity: &'static str, element: &str, v: DVec3) -> Result<(), Error> {
+    match v.to_array().into_iter().find(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(value) => Err(Error::NonFiniteInput {
+            quantity,
+            element: element.to_owned(),
+            value,
+        }),
+    }
+}
+
+/// The body of this articulation that the world carries.
+fn root_of(model: &Model, mut body: BodyId) -> BodyId {
+    while let Some(parent) = model.bodies()[body.index()].parent {
+        body = parent;
+    }
+    body
 }
 
 /// Checks an array with one number a degree of freedom.

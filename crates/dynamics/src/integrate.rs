@@ -1,6 +1,6 @@
 //! Integrators. Quaternions move along the rotation group, never off it.
 
-use crate::{Error, Forces, Solver};
+use crate::{Elements, Error, Forces, Solver};
 use vertebra_assembly::{JointKind, Model, State};
 use vertebra_spatial::{Quat, Vec3, rotation_vector_rate, vec3};
 
@@ -56,12 +56,28 @@ pub(crate) struct Step<'a> {
     /// Length in time \[s\].
     pub(crate) h: f64,
     pub(crate) forces: &'a Forces,
+    /// What acts in the joints, if anything does.
+    pub(crate) elements: Option<&'a mut Elements>,
 }
 
 impl Step<'_> {
+    /// Accelerations at a stage, `ahead` the length of a step from it that elements are implicit in.
+    fn accelerations<'s>(
+        (model, forces): (&Model, &Forces),
+        elements: &'s mut Option<&mut Elements>,
+        solver: &'s mut Solver,
+        stage: &State,
+        ahead: f64,
+    ) -> Result<&'s [f64], Error> {
+        match elements {
+            None => solver.forward_dynamics(model, stage, forces),
+            Some(elements) => elements.solve(solver, stage, forces, ahead),
+        }
+    }
+
     /// Takes the step to `next`, of which all entries are written.
     pub(crate) fn take(
-        &self,
+        &mut self,
         integrator: Integrator,
         solver: &mut Solver,
         stages: &mut Stages,
@@ -77,7 +93,7 @@ impl Step<'_> {
     }
 
     fn euler(
-        &self,
+        &mut self,
         solver: &mut Solver,
         stages: &mut Stages,
         next: &mut State,
@@ -87,8 +103,10 @@ impl Step<'_> {
             start,
             h,
             forces,
+            ref mut elements,
         } = *self;
-        let qdd = solver.forward_dynamics(model, start, forces)?;
+        let given = (model, forces);
+        let qdd = Self::accelerations(given, elements, solver, start, h)?;
         let displacement = &mut stages.displacement;
         for dof in 0..qdd.len() {
             next.qd[dof] = start.qd[dof] + h * qdd[dof];
@@ -102,7 +120,7 @@ impl Step<'_> {
     /// u' = dexp^-1(u) w, qd' = qdd, from u = 0: the classical method, since u lives in a vector
     /// space.
     fn runge_kutta(
-        &self,
+        &mut self,
         solver: &mut Solver,
         stages: &mut Stages,
         next: &mut State,
@@ -112,7 +130,9 @@ impl Step<'_> {
             start,
             h,
             forces,
+            ref mut elements,
         } = *self;
+        let given = (model, forces);
         let Stages {
             stage,
             displacement,
@@ -135,7 +155,7 @@ impl Step<'_> {
         ] {
             rate.copy_from_slice(&stage.qd);
             displacement_rate(model, stage, displacement, rate);
-            let qdd = solver.forward_dynamics(model, stage, forces)?;
+            let qdd = Self::accelerations(given, elements, solver, stage, 0.0)?;
             for dof in 0..rate.len() {
                 rate_sum[dof] += weight * rate[dof];
                 acceleration_sum[dof] += weight * qdd[dof];
@@ -163,7 +183,7 @@ impl Step<'_> {
     /// twice by half is moving once, and rates of positions are taken in the axes of the midpoint: seen
     /// from q' and -h all of it is the same. Iterated on a, from the start's, until rounding is left.
     fn midpoint(
-        &self,
+        &mut self,
         solver: &mut Solver,
         stages: &mut Stages,
         next: &mut State,
@@ -173,7 +193,9 @@ impl Step<'_> {
             start,
             h,
             forces,
+            ref mut elements,
         } = *self;
+        let given = (model, forces);
         let Stages {
             stage,
             displacement,
@@ -181,7 +203,7 @@ impl Step<'_> {
             ..
         } = stages;
         let rounding = 16.0 * solver.choice().tree.epsilon();
-        found.copy_from_slice(solver.forward_dynamics(model, start, forces)?);
+        found.copy_from_slice(Self::accelerations(given, elements, solver, start, 0.0)?);
         stage.time = start.time + 0.5 * h;
         let mut first = f64::INFINITY;
         for iteration in 1..=ITERATIONS {
@@ -193,7 +215,7 @@ impl Step<'_> {
             displace(model, start, displacement, stage);
             to_displacement_axes(model, stage, displacement);
             displace(model, start, displacement, stage);
-            let qdd = solver.forward_dynamics(model, stage, forces)?;
+            let qdd = Self::accelerations(given, elements, solver, stage, 0.0)?;
             let (mut change, mut largest) = (0.0_f64, 0.0_f64);
             for (found, (&qdd, &qd)) in found.iter_mut().zip(qdd.iter().zip(&stage.qd)) {
                 change = change.max((h * (qdd - *found)).abs());
@@ -229,7 +251,9 @@ pub(crate) fn displace(model: &Model, start: &State, displacement: &[f64], next:
         let (to, d) = (&mut next.q[to], &displacement[body.dof_range()]);
         match body.joint.kind {
             JointKind::Fixed => {}
-            JointKind::Revolute { .. } | JointKind::Prismatic { .. } => to[0] = from[0] + d[0],
+            JointKind::Revolute { .. } | JointKind::Prismatic { .. } | JointKind::Screw { .. } => {
+                to[0] = from[0] + d[0];
+            }
             JointKind::Spherical => turn(from, d, to),
             JointKind::Free => {
                 for k in 0..3 {

@@ -129,6 +129,21 @@ impl<T: Number> Sweeps<T> {
                     let sideways = w.cross(joint_velocity.linear);
                     bias_acceleration.linear = w.cross(w.cross(offset)) + sideways + sideways;
                 }
+                Kind::Screw => {
+                    let (sin, cos) = turns[i % BLOCK];
+                    let Mat3 { x_axis, y_axis, .. } = rotation;
+                    rotation.x_axis = x_axis * cos + y_axis * sin;
+                    rotation.y_axis = y_axis * cos - x_axis * sin;
+                    let [column] = subspace::screw(rotation.z_axis, link.pitch);
+                    offset += column.linear * T::from_input(q[0]);
+                    self.subspace[link.v] = column;
+                    joint_velocity = column * rates[0];
+                    let sideways = w.cross(joint_velocity.linear);
+                    bias_acceleration = Motion::new(
+                        w.cross(joint_velocity.angular),
+                        w.cross(w.cross(offset)) + sideways + sideways,
+                    );
+                }
                 Kind::Spherical => {
                     rotation = rotation * T::rotation_of([q[0], q[1], q[2], q[3]]);
                     let columns = subspace::spherical(&rotation);
@@ -184,7 +199,7 @@ impl<T: Number> Sweeps<T> {
 /// Bodies whose joints' sines and cosines are computed together, as vector code.
 pub(crate) const BLOCK: usize = 16;
 
-/// Sine and cosine of the angles of revolute joints; whatever for others.
+/// Sine and cosine of the angles of revolute and screw joints; whatever for others.
 #[inline(always)]
 pub(crate) fn sines_and_cosines<T: Number>(
     links: &[Link<T>],
@@ -193,7 +208,7 @@ pub(crate) fn sines_and_cosines<T: Number>(
 ) {
     let mut angles = [T::Input::ZERO; BLOCK];
     for (angle, link) in angles.iter_mut().zip(links) {
-        if link.kind == Kind::Revolute {
+        if matches!(link.kind, Kind::Revolute | Kind::Screw) {
             *angle = q[link.q];
         }
     }

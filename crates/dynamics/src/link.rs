@@ -19,6 +19,8 @@ pub(crate) struct Link<T> {
     pub(crate) parent: Option<usize>,
     /// The joint's motion.
     pub(crate) kind: Kind,
+    /// Displacement a radian of a screw joint, zero of others.
+    pub(crate) pitch: T,
     /// Whether it has children other than the next body.
     pub(crate) gathers: bool,
     /// Whether of these children of its parent it is the last, the first on the way up.
@@ -39,6 +41,7 @@ pub(crate) enum Kind {
     Fixed,
     Revolute,
     Prismatic,
+    Screw,
     Spherical,
     Free,
 }
@@ -47,7 +50,7 @@ impl Kind {
     pub(crate) const fn dof_count(self) -> usize {
         match self {
             Self::Fixed => 0,
-            Self::Revolute | Self::Prismatic => 1,
+            Self::Revolute | Self::Prismatic | Self::Screw => 1,
             Self::Spherical => 3,
             Self::Free => 6,
         }
@@ -119,8 +122,13 @@ impl<T: Real> Link<T> {
                 JointKind::Fixed => Kind::Fixed,
                 JointKind::Revolute { .. } => Kind::Revolute,
                 JointKind::Prismatic { .. } => Kind::Prismatic,
+                JointKind::Screw { .. } => Kind::Screw,
                 JointKind::Spherical => Kind::Spherical,
                 JointKind::Free => Kind::Free,
+            },
+            pitch: match body.joint.kind {
+                JointKind::Screw { pitch, .. } => T::from_f64(pitch / units.length),
+                _ => T::ZERO,
             },
             gathers: false,
             arrives_first: false,
@@ -149,6 +157,7 @@ impl<T: Real> Link<T> {
         Link {
             parent: self.parent,
             kind: self.kind,
+            pitch: f(self.pitch),
             gathers: self.gathers,
             arrives_first: self.arrives_first,
             placement: self.placement.map(&f),
@@ -172,7 +181,7 @@ fn joint_frame<T: Real>(body: &Body, units: &Units) -> Transform<T> {
 
 /// The solvers' joint axes in the model's: z along the axis of a joint that has one.
 fn joint_axes<T: Real>(joint: JointKind) -> Transform<T> {
-    let (JointKind::Revolute { axis } | JointKind::Prismatic { axis }) = joint else {
+    let Some(axis) = joint.axis() else {
         return Transform::IDENTITY;
     };
     Transform {
@@ -215,6 +224,13 @@ pub(crate) struct Scales {
     pub(crate) acceleration: Vec<f64>,
     /// Joint force in model units times this is SI.
     pub(crate) force: Vec<f64>,
+}
+
+impl Scales {
+    /// An inertia that a freedom adds to its own, in SI, times this is in model units.
+    pub(crate) fn inertia(&self, dof: usize) -> f64 {
+        self.acceleration[dof] / self.force[dof]
+    }
 }
 
 impl Scales {

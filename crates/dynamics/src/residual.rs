@@ -4,7 +4,7 @@
 //! precision:
 //! - Newton-Euler: I a + bias - external - f + sum over children of X' f_child = 0 (6 rows),
 //! - acceleration match: a - X a_parent - c - S qdd = 0 (6 rows),
-//! - joint force: S' f - tau = 0 (one row a freedom).
+//! - joint force: S' f - tau + E qdd = 0 (one row a freedom), E the inertia of its own.
 //!
 //! Each row is divided by the sum of the absolute values of its terms (products of a matrix and a
 //! vector count entry by entry), which makes it a backward error: 1e-16 says that the solution solves a
@@ -17,6 +17,7 @@
 //! largest of their sums, in the model's own units.
 
 use crate::link::Scales;
+use crate::refine::Loads;
 use crate::workspace::{Sweeps, Workspace, in_precision};
 use crate::{Error, Forces, Refinement};
 use vertebra_assembly::{Model, State};
@@ -105,7 +106,7 @@ impl Solved for Workspace {
     }
 
     fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
-        self.correct(forces)
+        self.correct(forces, Loads::Left)
     }
 }
 
@@ -162,8 +163,9 @@ fn evaluate<T: Real>(
         for dof in s.dofs(i) {
             let column = s.subspace[dof];
             let tau = T::from_f64(forces.joint[dof] / scales.force[dof]);
-            let row = column.dot(f[i]) - tau;
-            let scale = absolute(column).dot(absolute_force(f[i])) + tau.abs();
+            let own = T::from_f64(forces.inertia(dof) * scales.inertia(dof)) * s.u[dof];
+            let row = column.dot(f[i]) - tau + own;
+            let scale = absolute(column).dot(absolute_force(f[i])) + tau.abs() + own.abs();
             worst.joint_force = worst_of(worst.joint_force, ratio(row, scale));
             let scale = if shared > scale { shared } else { scale };
             worst.by_body = worst_of(worst.by_body, ratio(row, scale));
@@ -193,7 +195,7 @@ fn newton_euler_rows<T: Real>(
             (force_array(row), force_array(scale))
         })
         .collect();
-    for (id, wrench) in forces.external() {
+    for (id, wrench) in forces.acting() {
         let i = id.index();
         let wrench = s.frames[i].wrench_at_joint(s.rotation[i], wrench, model.units());
         add(&mut rows[id.index()].1, force_array(absolute_force(wrench)));

@@ -1,7 +1,8 @@
 //! Recursive Newton-Euler algorithm: the joint forces that cause given accelerations.
 //!
 //! Luh, Walker and Paul 1980; Featherstone, RBDA chapter 5. Down: a = X a_parent + S qdd + c. Up:
-//! f = I a + bias - external + sum over children of X' f_child; tau = S' f.
+//! f = I a + bias - external + sum over children of X' f_child; tau = S' f + E qdd, E the inertia of the
+//! freedoms' own.
 
 use crate::forces::check_dofs;
 use crate::workspace::{Sweeps, in_precision};
@@ -10,8 +11,8 @@ use vertebra_assembly::{Model, State};
 use vertebra_spatial::{MotionSubspace, Number, Real};
 
 /// Inverse dynamics: the joint forces [N m or N], shape [`Model::dof_count`], under which the model
-/// accelerates with `qdd` [rad/s^2 or m/s^2]. Of `forces` the external ones act; its joint forces
-/// are not read.
+/// accelerates with `qdd` [rad/s^2 or m/s^2]. Of `forces` the external ones act and the joint
+/// inertias count; its joint forces are not read.
 ///
 /// # Errors
 /// [`Error`] if an input does not fit the model, or the result overflows.
@@ -45,6 +46,9 @@ pub fn rnea<'w>(
         }
         for (tau, (&u, &scale)) in tau.iter_mut().zip(s.u.iter().zip(&scales.force)) {
             *tau = Real::to_f64(u) * scale;
+        }
+        for (tau, (&own, &qdd)) in tau.iter_mut().zip(forces.joint_inertia.iter().zip(qdd)) {
+            *tau += own * qdd;
         }
     });
     finite_results(model, "joint force", &workspace.tau, state.time)?;

@@ -1,72 +1,142 @@
 //! A model in motion.
 
-use crate::integrate::{Stages, Step};
+mod host;
+mod poses;
+#[cfg(feature = "gpu")]
+mod remote;
+
+pub use poses::PendingPoses;
+
 use crate::{
-    BodyMotion, Choice, Error, Forces, Integrator, Mechanics, Monitor, Precision, Solver,
-    SolverOptions, Workspace, aba, body_poses, finite_results, forward_kinematics, joint_wrenches,
-    mechanics,
+    BodyMotion, Choice, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor, Motor,
+    Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses, forward_kinematics,
+    joint_wrenches, mechanics,
 };
 use crate::{LoopForces, LoopViolation};
-use vertebra_assembly::{Body, BodyId, Model, State};
+use host::Host;
+use poses::Inner;
+#[cfg(feature = "gpu")]
+use remote::Remote;
+use vertebra_assembly::{BodyId, Model, State};
 use vertebra_spatial::Pose;
 
 /// A model, its state, the forces on it, and all memory that steps need: none is taken later.
 ///
+/// On a GPU the state stays there from step to step, and comes back when it is asked for. What
+/// is asked about one state - energies, velocities, one body's pose, [`solve`](Self::solve) - is then
+/// computed by the processor.
+///
 /// A step that fails leaves the state as it was.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Simulation {
     model: Model,
+    /// On a GPU, as it was read last.
     state: State,
-    next: State,
     forces: Forces,
     integrator: Integrator,
-    solver: Solver,
+    choice: Choice,
+    runs: Runs,
     /// For kinematics and [`solve`](Self::solve), if the solver's own memory does not serve.
     workspace: Option<Workspace>,
-    stages: Stages,
     monitor: Option<Monitor>,
-    /// The forces and those of the loops at the last [`solve`](Self::solve), if there are loops.
-    held: Option<Forces>,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
+    poses: Vec<Pose>,
+}
+
+/// Where steps are taken.
+#[derive(Debug)]
+enum Runs {
+    Host(Box<Host>),
+    #[cfg(feature = "gpu")]
+    Gpu(Box<Remote>),
 }
 
 impl Simulation {
     /// A simulation on the CPU in f64, from the neutral state, with semi-implicit Euler steps.
     ///
     /// # Errors
-    /// None yet: a model that was built can be simulated. Other devices have some.
+    /// None: a model that was built can be simulated there.
     pub fn new(model: Model) -> Result<Self, Error> {
-        let state = State::neutral(&model);
-        let solver = Solver::new(&model, &SolverOptions::default())?;
-        Ok(Self {
-            next: state.clone(),
-            state,
-            forces: Forces::none(&model),
-            integrator: Integrator::default(),
-            solver,
-            workspace: None,
-            stages: Stages::new(&model),
-            monitor: None,
-            held: None,
-            posed: false,
-            model,
-        })
+        Self::on(&Device::cpu(), model)
     }
 
-    /// Chooses the integrator.
+    /// A simulation on this device, from the neutral state, with semi-implicit Euler steps: on the CPU in
+    /// f64, on a GPU by divide and conquer in f64 with joins in f32, or all in f32 where it has no f64.
+    ///
+    /// # Errors
+    /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`.
+    pub fn on(device: &Device, model: Model) -> Result<Self, Error> {
+        let (runs, choice) = Runs::on(device, &model)?;
+        Ok(Self::from_parts(model, runs, choice))
+    }
+
+    /// A simulation on a GPU with options that are a GPU's alone, corrections of every solution among them.
+    ///
+    /// # Errors
+    /// As [`gpu::Simulation::on`](crate::gpu::Simulation::on).
+    #[cfg(feature = "gpu")]
+    pub fn on_gpu(
+        device: &vertebra_gpu::Device,
+        model: Model,
+        options: &crate::gpu::Options,
+    ) -> Result<Self, Error> {
+        let expected = Choice::with_gpu(&model, device, options)?;
+        let (runs, choice) = Runs::on_gpu(device, &model, options, (expected, true))?;
+        let simulation = Self::from_parts(model, runs, choice);
+        Ok(simulation.with_integrator(options.integrator))
+    }
+
+    fn from_parts(model: Model, runs: Runs, choice: Choice) -> Self {
+        Self {
+            state: State::neutral(&model),
+            forces: Forces::none(&model),
+            integrator: Integrator::default(),
+            choice,
+            runs,
+            workspace: None,
+            monitor: None,
+            posed: false,
+            poses: Vec::new(),
+            model,
+        }
+    }
+
+    /// Chooses the integrator. Of one that a GPU does not have the first step tells.
     #[must_use]
     pub const fn with_integrator(mut self, integrator: Integrator) -> Self {
         self.integrator = integrator;
         self
     }
 
-    /// Chooses how accelerations are computed; the state stays in f64.
+    /// Chooses how accelerations are computed; the state is kept, on the CPU in f64.
     ///
     /// # Errors
-    /// As [`Solver::new`].
+    /// As [`Solver::new`]; on a GPU also [`Error::PrecisionUnavailable`], and
+    /// [`Error::UnavailableOnGpu`] of the articulated-body algorithm and of tolerances.
     pub fn with_solver(mut self, options: &SolverOptions) -> Result<Self, Error> {
-        self.solver = Solver::new(&self.model, options)?;
+        match &mut self.runs {
+            Runs::Host(host) => {
+                host.solver = Solver::new(&self.model, options)?;
+                self.choice = Choice {
+                    gpu_s: self.choice.gpu_s,
+                    ..*host.solver.choice()
+                };
+            }
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => {
+                let state = if remote.is_ahead {
+                    remote.simulation.state()?
+                } else {
+                    self.state
+                };
+                **remote = remote.with_solver(&self.model, options)?;
+                remote.set_state(&state)?;
+                remote.forces_changed = true;
+                self.state = state;
+                self.choice = remote.choice(self.choice);
+            }
+        }
         self.workspace = None;
         self.posed = false;
         Ok(self)
@@ -76,7 +146,7 @@ impl Simulation {
     /// to be faster.
     ///
     /// # Errors
-    /// As [`Solver::new`].
+    /// As [`with_solver`](Self::with_solver).
     pub fn with_precision(self, precision: Precision) -> Result<Self, Error> {
         self.with_solver(&SolverOptions {
             precision,
@@ -86,7 +156,7 @@ impl Simulation {
 
     /// Checks the accelerations of every so many steps, the first one's included
     /// ([`Solver::check`]): a step that is checked takes one and a half solutions more.
-    /// [`monitor`](Self::monitor) has what was found.
+    /// [`monitor`](Self::monitor) has what was found. Steps on a GPU refuse it.
     #[must_use]
     pub const fn with_monitor(mut self, monitor: Monitor) -> Self {
         self.monitor = Some(monitor);
@@ -99,16 +169,20 @@ impl Simulation {
         self.monitor.as_ref()
     }
 
-    /// The solver, which says how a tolerance was met ([`Solver::achieved`]).
+    /// The solver, which says how a tolerance was met ([`Solver::achieved`]); none on a GPU.
     #[must_use]
-    pub const fn solver(&self) -> &Solver {
-        &self.solver
+    pub fn solver(&self) -> Option<&Solver> {
+        match &self.runs {
+            Runs::Host(host) => Some(&host.solver),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => None,
+        }
     }
 
-    /// The algorithm that computes accelerations, and why that one.
+    /// Where it runs, the algorithm that computes accelerations, and why these.
     #[must_use]
     pub const fn choice(&self) -> &Choice {
-        self.solver.choice()
+        &self.choice
     }
 
     /// The model.
@@ -117,18 +191,43 @@ impl Simulation {
         &self.model
     }
 
-    /// The state.
+    /// Time of the state \[s\], which is not read back for it.
     #[must_use]
-    pub const fn state(&self) -> &State {
+    pub fn time(&self) -> f64 {
+        match &self.runs {
+            Runs::Host(_) => self.state.time,
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => remote.simulation.time(),
+        }
+    }
+
+    /// The state, which is read back from a GPU if it has moved on.
+    ///
+    /// # Errors
+    /// On a GPU, `Error::Gpu`.
+    pub fn state(&mut self) -> Result<&State, Error> {
+        self.fetch_state()?;
+        Ok(&self.state)
+    }
+
+    /// The state as the host knows it, which on a GPU is the one that was set or read last: what is left of
+    /// a simulation whose device was lost.
+    #[must_use]
+    pub const fn last_state(&self) -> &State {
         &self.state
     }
 
     /// Replaces the state.
     ///
     /// # Errors
-    /// [`Error::Model`] if it does not fit the model; then the old one is kept.
+    /// [`Error::Model`] if it does not fit the model; on a GPU, [`Error::Overflow`] if it does not fit
+    /// the precision, and `Error::Gpu`. Then the old one is kept.
     pub fn set_state(&mut self, state: State) -> Result<(), Error> {
         state.check(&self.model)?;
+        #[cfg(feature = "gpu")]
+        if let Runs::Gpu(remote) = &mut self.runs {
+            remote.set_state(&state)?;
+        }
         self.state = state;
         self.posed = false;
         Ok(())
@@ -140,16 +239,80 @@ impl Simulation {
         &self.forces
     }
 
-    /// The forces that act in the coming steps, to be changed.
-    pub const fn forces_mut(&mut self) -> &mut Forces {
+    /// The forces that act in the coming steps, to be changed; a GPU is given them with the next step.
+    pub fn forces_mut(&mut self) -> &mut Forces {
+        #[cfg(feature = "gpu")]
+        if let Runs::Gpu(remote) = &mut self.runs {
+            remote.forces_changed = true;
+        }
         &mut self.forces
     }
 
-    /// Moves on by `h` \[s\]; a negative step goes back in time.
+    /// Sets the motor of a body's joint. Nothing is allocated but by the first motor of a model without
+    /// elements.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; on a GPU
+    /// [`Error::UnavailableOnGpu`]. The motor is then as it was.
+    pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
+        match &mut self.runs {
+            Runs::Host(host) => {
+                let new = || Elements::new(&self.model).into();
+                host.elements.get_or_insert_with(new).set_motor(body, motor)
+            }
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => Err(Error::UnavailableOnGpu {
+                what: "a motor",
+                remedy: "give joint forces, or simulate on `Device::cpu()`",
+            }),
+        }
+    }
+
+    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
+    #[must_use]
+    pub fn work(&self) -> Work {
+        self.elements()
+            .map_or_else(Work::default, |elements| *elements.work())
+    }
+
+    /// Energy that springs and rotors hold.
+    ///
+    /// # Errors
+    /// None: the state fits the model.
+    pub fn stored(&self) -> Result<Stored, Error> {
+        match self.elements() {
+            Some(elements) => elements.stored(&self.state),
+            None => Ok(Stored::default()),
+        }
+    }
+
+    /// What acts in the joints; none where nothing does.
+    #[must_use]
+    pub fn elements(&self) -> Option<&Elements> {
+        match &self.runs {
+            Runs::Host(host) => host.elements.as_deref(),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => None,
+        }
+    }
+
+    /// Moves on by `h` \[s\]; a negative step goes back in time, unless there are elements in joints.
     ///
     /// # Errors
     /// [`Error`]; the state is then as it was.
     pub fn step(&mut self, h: f64) -> Result<(), Error> {
+        match self.steps(h, 1) {
+            Err(Error::Step { source, .. }) => Err(*source),
+            taken => taken,
+        }
+    }
+
+    /// Takes `count` steps of `h` \[s\] each; on a GPU without the host between them.
+    ///
+    /// # Errors
+    /// [`Error::Step`], naming the step and why it failed: the state is the one before it. Of what
+    /// does not depend on the state (forces, `h`, the device) that error itself, and no step is taken.
+    pub fn steps(&mut self, h: f64, count: usize) -> Result<(), Error> {
         if !h.is_finite() {
             return Err(Error::NonFiniteInput {
                 quantity: "step",
@@ -157,45 +320,25 @@ impl Simulation {
                 value: h,
             });
         }
+        self.forces.check(&self.model)?;
         self.posed = false;
-        if let Some(monitor) = &mut self.monitor
-            && monitor.is_due()
-        {
-            let found = self.solver.check(&self.model, &self.state, &self.forces)?;
-            monitor.record(self.state.time, found);
+        let how = (h, self.integrator);
+        match &mut self.runs {
+            Runs::Host(host) => {
+                for step in 0..count {
+                    let (model, state, forces) = (&self.model, &mut self.state, &self.forces);
+                    host.step(model, state, forces, how, &mut self.monitor)
+                        .map_err(|source| Error::Step {
+                            step,
+                            count,
+                            source: Box::new(source),
+                        })?;
+                }
+                Ok(())
+            }
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => remote.steps(&self.forces, how, count, self.monitor.as_ref()),
         }
-        let step = Step {
-            model: &self.model,
-            start: &self.state,
-            h,
-            forces: &self.forces,
-        };
-        step.take(
-            self.integrator,
-            &mut self.solver,
-            &mut self.stages,
-            &mut self.next,
-        )?;
-        self.solver
-            .close(&self.model, &mut self.next, &self.forces)?;
-        let time = self.state.time;
-        finite_results(&self.model, "joint rate", &self.next.qd, time)?;
-        let overflowed = |body: &&Body| {
-            let q = &self.next.q[body.position_range()];
-            !q.iter().all(|q| q.is_finite())
-        };
-        if let Some(body) = self.model.bodies().iter().find(overflowed) {
-            return Err(Error::Overflow {
-                quantity: "joint position",
-                body: body.name.clone(),
-                time,
-            });
-        }
-        core::mem::swap(&mut self.state, &mut self.next);
-        if let Some(monitor) = &mut self.monitor {
-            monitor.count();
-        }
-        Ok(())
     }
 
     /// Moves the state until the loops of the model are closed: positions by the least motion in the mass metric
@@ -207,18 +350,22 @@ impl Simulation {
     /// it was.
     pub fn close_loops(&mut self) -> Result<(), Error> {
         self.posed = false;
-        self.next.clone_from(&self.state);
-        (self.solver).forward_dynamics(&self.model, &self.state, &self.forces)?;
-        self.solver
-            .close(&self.model, &mut self.next, &self.forces)?;
-        core::mem::swap(&mut self.state, &mut self.next);
-        Ok(())
+        match &mut self.runs {
+            Runs::Host(host) => host.close_loops(&self.model, &mut self.state, &self.forces),
+            // Models with loops are not simulated there.
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => Ok(()),
+        }
     }
 
     /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none.
     #[must_use]
     pub fn loop_violation(&mut self) -> Option<LoopViolation> {
-        self.solver.loop_violation(&self.model, &self.state)
+        match &mut self.runs {
+            Runs::Host(host) => host.solver.loop_violation(&self.model, &self.state),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => None,
+        }
     }
 
     /// The forces that keep the loops closed and the joints coupled in the current state, under the current forces.
@@ -230,29 +377,95 @@ impl Simulation {
     /// [`Error`] as for a step.
     pub fn loop_forces(&mut self) -> Result<LoopForces, Error> {
         self.posed = false;
-        (self.solver).forward_dynamics(&self.model, &self.state, &self.forces)?;
-        Ok(self.solver.loop_forces(&self.model))
+        match &mut self.runs {
+            Runs::Host(host) => host.loop_forces(&self.model, &self.state, &self.forces),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => Ok(LoopForces::default()),
+        }
     }
 
     /// Where a body is in the world.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`].
+    /// [`Error::UnknownBody`]; on a GPU, `Error::Gpu`.
     pub fn pose(&mut self, body: BodyId) -> Result<Pose, Error> {
         self.posed_workspace()?.pose(body)
+    }
+
+    /// Where all bodies are in the world, in the model's order.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`]; on a GPU, `Error::Gpu`.
+    pub fn poses(&mut self) -> Result<&[Pose], Error> {
+        #[cfg(feature = "gpu")]
+        if let Runs::Gpu(remote) = &mut self.runs {
+            self.poses = remote.simulation.poses()?;
+            return Ok(&self.poses);
+        }
+        let mut poses = core::mem::take(&mut self.poses);
+        poses.clear();
+        let ids = self.model.body_ids();
+        let workspace = self.posed_workspace()?;
+        for body in ids {
+            poses.push(workspace.pose(body)?);
+        }
+        self.poses = poses;
+        Ok(&self.poses)
+    }
+
+    /// Begins to read where all bodies are now. On a GPU it returns at once, and the steps that are
+    /// asked for next run while these poses are on their way.
+    ///
+    /// ```
+    /// use vertebra_assembly::generate;
+    /// use vertebra_dynamics::{Device, Simulation};
+    ///
+    /// # let device = Device::cpu();
+    /// let model = generate::random_chain(64, &generate::Rod::default(), 7)?;
+    /// let mut simulation = Simulation::on(&device, model)?;
+    /// for _ in 0..10 {
+    ///     let poses = simulation.begin_poses()?;
+    ///     simulation.steps(1e-4, 16)?;
+    ///     println!("{}", poses.wait()?[63].translation); // before those steps
+    /// }
+    /// # Ok::<(), vertebra_dynamics::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`poses`](Self::poses).
+    pub fn begin_poses(&mut self) -> Result<PendingPoses, Error> {
+        #[cfg(feature = "gpu")]
+        if let Runs::Gpu(remote) = &mut self.runs {
+            return Ok(PendingPoses(Inner::OnTheWay(
+                remote.simulation.begin_poses()?,
+            )));
+        }
+        Ok(PendingPoses(Inner::Here(self.poses()?.to_vec())))
+    }
+
+    /// The buffer on a GPU that has all poses after each call of [`steps`](Self::steps), for kernels of
+    /// one's own; none on the CPU.
+    #[cfg(feature = "gpu")]
+    #[must_use]
+    pub fn pose_buffer(&self) -> Option<crate::gpu::PoseBuffer> {
+        match &self.runs {
+            Runs::Host(_) => None,
+            Runs::Gpu(remote) => Some(remote.simulation.pose_buffer()),
+        }
     }
 
     /// How fast a body moves.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`].
+    /// [`Error::UnknownBody`]; on a GPU, `Error::Gpu`.
     pub fn velocity(&mut self, body: BodyId) -> Result<BodyMotion, Error> {
         self.posed_workspace()?.velocity(body)
     }
 
     /// The workspace, with the kinematics of the current state.
     fn posed_workspace(&mut self) -> Result<&mut Workspace, Error> {
-        let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);
+        self.fetch_state()?;
+        let workspace = self.runs.workspace(&self.model, &mut self.workspace);
         if !self.posed {
             forward_kinematics(&self.model, &self.state, workspace)?;
             self.posed = true;
@@ -261,29 +474,28 @@ impl Simulation {
     }
 
     /// Solves the dynamics of the current state under the current forces, always by the
-    /// articulated-body algorithm, and gives the workspace to read from: joint and body
-    /// accelerations, joint wrenches, poses and velocities. Forces of loops and couplings act as forces on the
-    /// bodies and in the joints.
+    /// articulated-body algorithm on the CPU, and gives the workspace to read from: joint and body
+    /// accelerations, joint wrenches, poses and velocities. Elements act as they do now, without a step; forces of
+    /// loops and couplings as forces on the bodies and in the joints.
     ///
     /// # Errors
     /// [`Error`] as for a step.
     pub fn solve(&mut self) -> Result<&Workspace, Error> {
+        self.fetch_state()?;
         self.posed = false;
-        if self.solver.has_loops() {
-            (self.solver).forward_dynamics(&self.model, &self.state, &self.forces)?;
-            let held = (self.held).get_or_insert_with(|| Forces::none(&self.model));
-            held.joint.clone_from(&self.forces.joint);
-            held.clear_external();
-            for &(body, wrench) in self.forces.external() {
-                held.push(body, wrench);
+        let (forces, workspace) = match &mut self.runs {
+            Runs::Host(host) => {
+                let (forces, solver) = host.all_forces(&self.model, &self.state, &self.forces)?;
+                let own = &mut self.workspace;
+                (forces, host::workspace(solver, &self.model, own))
             }
-            self.solver.add_loop_forces(&self.model, held);
-        }
-        let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);
-        match &self.held {
-            Some(held) => aba(&self.model, &self.state, held, workspace)?,
-            None => aba(&self.model, &self.state, &self.forces, workspace)?,
+            #[cfg(feature = "gpu")]
+            runs @ Runs::Gpu(_) => {
+                let own = runs.workspace(&self.model, &mut self.workspace);
+                (&self.forces, own)
+            }
         };
+        aba(&self.model, &self.state, forces, workspace)?;
         joint_wrenches(workspace)?;
         body_poses(workspace)?;
         self.posed = true;
@@ -293,26 +505,86 @@ impl Simulation {
     /// Energies, momenta and centre of mass.
     ///
     /// # Errors
-    /// [`Error::Overflow`].
+    /// [`Error::Overflow`]; on a GPU, `Error::Gpu`.
     pub fn mechanics(&mut self) -> Result<Mechanics, Error> {
+        self.fetch_state()?;
         self.posed = false;
-        let workspace = workspace(&self.model, &mut self.solver, &mut self.workspace);
+        let workspace = self.runs.workspace(&self.model, &mut self.workspace);
         let sums = mechanics(&self.model, &self.state, workspace)?;
         // Its kinematics are those of the state.
         self.posed = true;
         Ok(sums)
     }
+
+    /// Reads the state back from a GPU if it has moved on.
+    #[cfg_attr(
+        not(feature = "gpu"),
+        expect(
+            clippy::unnecessary_wraps,
+            clippy::needless_pass_by_ref_mut,
+            reason = "of a GPU it can fail"
+        )
+    )]
+    fn fetch_state(&mut self) -> Result<(), Error> {
+        #[cfg(feature = "gpu")]
+        if let Runs::Gpu(remote) = &mut self.runs
+            && remote.is_ahead
+        {
+            self.state = remote.simulation.state()?;
+            remote.is_ahead = false;
+        }
+        Ok(())
+    }
 }
 
-/// The solver's own workspace or, if it has none, another, made when first asked for.
-fn workspace<'a>(
-    model: &Model,
-    solver: &'a mut Solver,
-    other: &'a mut Option<Workspace>,
-) -> &'a mut Workspace {
-    let precision = solver.choice().precision;
-    match solver.workspace_mut() {
-        Some(own) => own,
-        None => other.get_or_insert_with(|| Workspace::new(model, precision)),
+impl Runs {
+    /// Where a model runs that was put on a device, and why there.
+    fn on(device: &Device, model: &Model) -> Result<(Self, Choice), Error> {
+        #[cfg(feature = "gpu")]
+        let mut gpu_s = None;
+        #[cfg(feature = "gpu")]
+        if let Some(gpu) = device.gpu() {
+            let options = crate::gpu::Options::default();
+            let expected = Choice::with_gpu(model, gpu, &options)?;
+            let forced = !device.is_where_faster();
+            let suits = crate::gpu::check_model(model).is_ok();
+            if forced || (expected.on_gpu && suits) {
+                return Self::on_gpu(gpu, model, &options, (expected, forced));
+            }
+            gpu_s = expected.gpu_s;
+        }
+        #[cfg(not(feature = "gpu"))]
+        let (gpu_s, _) = (None, device);
+        let solver = Solver::new(model, &SolverOptions::default())?;
+        let choice = Choice {
+            gpu_s,
+            ..*solver.choice()
+        };
+        Ok((Self::Host(Box::new(Host::new(model, solver))), choice))
+    }
+
+    #[cfg(feature = "gpu")]
+    fn on_gpu(
+        device: &vertebra_gpu::Device,
+        model: &Model,
+        options: &crate::gpu::Options,
+        (expected, forced): (Choice, bool),
+    ) -> Result<(Self, Choice), Error> {
+        let remote = Remote::new(device, model, options)?;
+        let choice = remote.choice(Choice { forced, ..expected });
+        Ok((Self::Gpu(Box::new(remote)), choice))
+    }
+
+    /// The solver's own workspace or, if it has none, another, made when first asked for.
+    fn workspace<'a>(
+        &'a mut self,
+        model: &Model,
+        other: &'a mut Option<Workspace>,
+    ) -> &'a mut Workspace {
+        match self {
+            Self::Host(host) => host::workspace(&mut host.solver, model, other),
+            #[cfg(feature = "gpu")]
+            Self::Gpu(_) => other.get_or_insert_with(|| Workspace::new(model, Precision::F64)),
+        }
     }
 }

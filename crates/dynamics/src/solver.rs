@@ -70,7 +70,7 @@ impl Default for SolverOptions {
     }
 }
 
-/// What a [`Solver`] has picked, and why: printed, a sentence.
+/// What a [`Solver`] or a [`Simulation`](crate::Simulation) has picked, and why: printed, a sentence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// The algorithm.
@@ -87,6 +87,55 @@ pub struct Choice {
     pub aba_s: f64,
     /// Expected time of divide and conquer \[s\].
     pub dca_s: f64,
+    /// Whether it runs on a GPU.
+    pub on_gpu: bool,
+    /// Expected time of a step on the GPU \[s\], if there was one to choose.
+    pub gpu_s: Option<f64>,
+}
+
+impl Choice {
+    /// What the processor is expected to take.
+    fn on_host(bodies: usize, options: &SolverOptions) -> Self {
+        let threads = threads(options.parallel, bodies);
+        let aba_s = cost::aba(bodies, options.precision);
+        let dca_s = cost::dca(bodies, rounds(bodies), threads, options.precision);
+        let faster = if dca_s < aba_s {
+            Algorithm::Dca
+        } else {
+            Algorithm::Aba
+        };
+        Self {
+            algorithm: options.algorithm.unwrap_or(faster),
+            forced: options.algorithm.is_some(),
+            precision: options.precision,
+            tree: options.tree.unwrap_or(options.precision),
+            threads,
+            aba_s,
+            dca_s,
+            on_gpu: false,
+            gpu_s: None,
+        }
+    }
+
+    /// What the processor is expected to take, and this GPU; `on_gpu` says which less. A driver that plays
+    /// a GPU on the processor takes more than the processor itself.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn with_gpu(
+        model: &Model,
+        device: &vertebra_gpu::Device,
+        options: &crate::gpu::Options,
+    ) -> Result<Self, Error> {
+        let bodies = model.bodies().len();
+        let (chunks, tree) = options.precisions(device)?;
+        let host = Self::on_host(bodies, &SolverOptions::default());
+        let gpu_s = cost::gpu_step(bodies, chunks, tree);
+        let is_real = device.info().device_type != vertebra_gpu::wgpu::DeviceType::Cpu;
+        Ok(Self {
+            on_gpu: is_real && gpu_s < host.aba_s.min(host.dca_s),
+            gpu_s: Some(gpu_s),
+            ..host
+        })
+    }
 }
 
 impl fmt::Display for Choice {
@@ -102,6 +151,9 @@ impl fmt::Display for Choice {
         if *algorithm == Algorithm::Dca && tree != precision {
             write!(f, " over a tree in {tree}")?;
         }
+        if self.on_gpu {
+            f.write_str(" on the GPU")?;
+        }
         let why = if self.forced {
             "as asked"
         } else {
@@ -113,7 +165,11 @@ impl fmt::Display for Choice {
             1e3 * self.aba_s,
             if *threads == 1 { "" } else { "s" },
             1e3 * self.dca_s
-        )
+        )?;
+        match self.gpu_s {
+            Some(gpu_s) => write!(f, ", a step on the GPU {:.3} ms", 1e3 * gpu_s),
+            None => Ok(()),
+        }
     }
 }
 
@@ -176,47 +232,39 @@ impl Solver {
     /// a tolerance is asked for and the model has loops or couplings.
     pub fn new(model: &Model, options: &SolverOptions) -> Result<Self, Error> {
         let bodies = model.bodies().len();
-        let threads = threads(options.parallel, bodies);
-        let tree = options.tree.unwrap_or(options.precision);
-        check_precisions(options.precision, tree)?;
+        let mut choice = Choice::on_host(bodies, options);
+        let loops = Loops::of_model(model);
+        if loops.is_some() {
+            if options.tolerance.is_some() {
+                refuse_loops(model, "a tolerance")?;
+            }
+            if options.algorithm == Some(Algorithm::Dca) {
+                refuse_loops(model, "divide and conquer")?;
+            }
+            choice.algorithm = Algorithm::Aba;
+        }
+        check_precisions(options.precision, choice.tree)?;
         let dca_options = DcaOptions {
             chunks: options.precision,
-            tree,
+            tree: choice.tree,
             schedule: options.schedule,
-            parallel: threads > 1,
-        };
-        // Two rounds for each halving, as in the worst of trees.
-        let rounds = 2 * bodies.max(1).ilog2() as usize;
-        let aba_s = cost::aba(bodies, options.precision);
-        let dca_s = cost::dca(bodies, rounds, threads, options.precision);
-        let loops = Loops::of_model(model);
-        if options.tolerance.is_some() {
-            refuse_loops(model, "a tolerance")?;
-        }
-        if options.algorithm == Some(Algorithm::Dca) {
-            refuse_loops(model, "divide and conquer")?;
-        }
-        let algorithm = match options.algorithm {
-            Some(algorithm) => algorithm,
-            None if loops.is_some() => Algorithm::Aba,
-            None if dca_s < aba_s => Algorithm::Dca,
-            None => Algorithm::Aba,
+            parallel: choice.threads > 1,
         };
         let (memory, precisions) = match options.tolerance {
             Some(tolerance) => {
                 let asked = Asked {
                     tolerance,
-                    algorithm,
+                    algorithm: choice.algorithm,
                     schedule: options.schedule,
-                    rounds,
-                    threads,
+                    rounds: rounds(bodies),
+                    threads: choice.threads,
                 };
                 let ladder = Ladder::new(model, &asked)?;
                 let precisions = ladder.precisions();
                 (Memory::ToTolerance(Box::new(ladder)), precisions)
             }
             None => {
-                let method = match algorithm {
+                let method = match choice.algorithm {
                     Algorithm::Aba => {
                         Method::Aba(Box::new(Workspace::new(model, options.precision)))
                     }
@@ -227,19 +275,15 @@ impl Solver {
                 let otherwise = None;
                 (
                     Memory::Chosen { method, otherwise },
-                    (options.precision, tree),
+                    (options.precision, choice.tree),
                 )
             }
         };
         Ok(Self {
             choice: Choice {
-                algorithm,
-                forced: options.algorithm.is_some(),
                 precision: precisions.0,
                 tree: precisions.1,
-                threads,
-                aba_s,
-                dca_s,
+                ..choice
             },
             memory,
             loops,
@@ -422,6 +466,11 @@ impl Solver {
             _ => None,
         }
     }
+}
+
+/// Rounds of an assembly tree of so many bodies: two for each halving, as in the worst of trees.
+fn rounds(bodies: usize) -> usize {
+    2 * bodies.max(1).ilog2() as usize
 }
 
 /// Threads there are for so many bodies; asking rayon would start them.

@@ -4,7 +4,7 @@ use crate::correct::Corrections;
 use crate::derivatives::Tangents;
 use crate::link::{BodyFrame, Link, Scales};
 use crate::substitute::Substitution;
-use crate::{Error, Precision};
+use crate::{Error, Forces, Precision};
 use glam::{DQuat, DVec3};
 use vertebra_assembly::{BodyId, Model, Units};
 use vertebra_spatial::{
@@ -143,6 +143,10 @@ pub(crate) struct Sweeps<T: Number> {
     pub(crate) above: Vec<(Force<T>, T)>,
     /// Joint forces given to ABA, one entry a degree of freedom.
     pub(crate) tau: Vec<T>,
+    /// Inertia E that freedoms have of their own, one entry a degree of freedom.
+    pub(crate) added: Vec<T>,
+    /// Whether any of it is not zero.
+    pub(crate) adds: bool,
     /// u = tau - S' pA, then qdd; one entry a degree of freedom.
     pub(crate) u: Vec<T>,
     /// 1/D of one-dof joints.
@@ -195,6 +199,8 @@ impl<T: Number> Sweeps<T> {
             u_columns: vec![Force::ZERO; dofs],
             above: vec![(Force::ZERO, T::ZERO); dofs],
             tau: vec![T::ZERO; dofs],
+            added: vec![T::ZERO; dofs],
+            adds: false,
             u: vec![T::ZERO; dofs],
             d_inverse: vec![T::ZERO; n],
             factors: vec![None; factors as usize],
@@ -203,6 +209,21 @@ impl<T: Number> Sweeps<T> {
             corrections: None,
             substitution: None,
             tangents: None,
+        }
+    }
+
+    /// Takes the inertia of the freedoms' own for one lane; all lanes after one another.
+    pub(crate) fn set_added(&mut self, lane: usize, forces: &Forces, scales: &Scales) {
+        let given = &forces.joint_inertia;
+        if lane == 0 {
+            if self.adds {
+                self.added.fill(T::ZERO);
+            }
+            self.adds = false;
+        }
+        self.adds |= !given.is_empty();
+        for (dof, (own, &given)) in self.added.iter_mut().zip(given).enumerate() {
+            own.set_lane(lane, T::Scalar::from_f64(given * scales.inertia(dof)));
         }
     }
 

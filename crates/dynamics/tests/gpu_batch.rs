@@ -3,15 +3,15 @@
 #![cfg(feature = "gpu")]
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
-use glam::{DMat3, DVec3};
-use vertebra_assembly::generate::{self, RandomTree};
-use vertebra_assembly::{
-    Joint, MassProperties, Model, ModelDescription, ModelError, Random, State,
-};
+mod problems;
+
+use glam::DVec3;
+use problems::{problem, wrist};
+use vertebra_assembly::{BodyId, ModelError, State, generate};
 use vertebra_dynamics::gpu::{Batch, BatchOptions};
 use vertebra_dynamics::{
-    Error, Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba, forward_error,
-    forward_kinematics,
+    Algorithm, Error, Forces, Integrator, Precision, Simulation, Workspace, Wrench, aba,
+    forward_error, forward_kinematics,
 };
 use vertebra_gpu::wgpu::{Features, Limits};
 use vertebra_gpu::{Device, Options, tests_are_left_out};
@@ -34,34 +34,6 @@ fn options(precision: Precision, lanes: u32) -> BatchOptions {
         lanes: Some(lanes),
         ..BatchOptions::default()
     }
-}
-
-/// All kinds of joints, several trees, forces of all kinds on some items.
-fn problem(bodies: usize, items: usize, seed: u64) -> (Model, Vec<State>, Vec<Forces>) {
-    let tree = RandomTree {
-        floating: seed % 2 == 1,
-        articulations: 1 + bodies % 3,
-        ..RandomTree::mixed(bodies)
-    };
-    let model = generate::random_tree(&tree, seed).unwrap();
-    let mut random = Random::new(seed);
-    let bodies: Vec<_> = model.body_ids().collect();
-    let states = (0..items as u64)
-        .map(|item| State::random(&model, 100 * seed + item))
-        .collect();
-    let forces = (0..items).map(|item| {
-        let mut forces = Forces::none(&model);
-        forces.joint.fill_with(|| random.symmetric());
-        for _ in 0..item % 3 {
-            let mut wrench = Wrench::at_point(random.direction() * 3.0, random.direction())
-                .with_torque(random.direction());
-            wrench.body_axes = item % 2 == 0;
-            forces.push(bodies[random.below(bodies.len())], wrench);
-        }
-        forces
-    });
-    let forces = forces.collect();
-    (model, states, forces)
 }
 
 /// The error against the reference is that of the CPU's recursion, which tells the condition, times some
@@ -158,7 +130,7 @@ fn steps_and_poses_follow_the_host() {
                     largest = qdd.iter().fold(largest, |m, x| m.max(x.abs()));
                     cpu.step(h).unwrap();
                 }
-                let state = cpu.state();
+                let state = cpu.state().unwrap();
                 // Errors of accelerations act for the time of all steps; positions are rounded.
                 let size = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
                 let scale = 6e-4 * largest + size(&state.q) + size(&state.qd);
@@ -192,34 +164,14 @@ fn steps_and_poses_follow_the_host() {
     }
 }
 
-/// A wrist whose outer axes are parallel in one state alone, where the body between moves nothing.
-fn wrist() -> (Model, Vec<State>) {
-    let with_inertia = |inertia| MassProperties {
-        mass: 1.0,
-        center: DVec3::ZERO,
-        inertia: DMat3::from_diagonal(DVec3::splat(inertia)),
-    };
-    let (arm, light) = (with_inertia(1.0), with_inertia(1e-19));
-    let model = ModelDescription::new("wrist")
-        .body("arm", None, Joint::revolute(DVec3::Y), arm)
-        .body("first", Some("arm"), Joint::revolute(DVec3::X), light)
-        .body("second", Some("first"), Joint::revolute(DVec3::Z), light)
-        .body("hand", Some("second"), Joint::revolute(DVec3::X), arm)
-        .build()
-        .unwrap();
-    let mut states = vec![State::neutral(&model); 40];
-    for (item, state) in states.iter_mut().enumerate() {
-        state.q[2] = if item == 36 { 0.0 } else { 1.0 };
-        state.qd = vec![0.5, 0.0, 0.0, 0.25];
-        state.time = 5.0;
-    }
-    (model, states)
-}
-
 #[test]
 fn a_singular_item_is_named_and_stands_still() {
     let Some(device) = device() else { return };
-    let (model, states) = wrist();
+    let (model, mut states) = wrist(40, 36);
+    for state in &mut states {
+        state.qd = vec![0.5, 0.0, 0.0, 0.25];
+        state.time = 5.0;
+    }
     for precision in precisions(&device) {
         let mut batch = Batch::new(&device, &model, states.len(), &options(precision, 1)).unwrap();
         batch.set_states(&states).unwrap();
@@ -397,4 +349,115 @@ fn new_forces_act_on_the_state_reached() {
         assert_ne!(after[item].q, before[item].q);
     }
     assert_eq!(after[7], before[7]);
+}
+
+/// Few long chains go by divide and conquer, as a forest: the same verbs, the same answers.
+#[test]
+fn few_long_items_are_divided_and_conquered() {
+    let Some(device) = device() else { return };
+    let model = generate::random_chain(300, &generate::Rod::default(), 3).unwrap();
+    let states: Vec<_> = (0..3).map(|seed| State::random(&model, seed)).collect();
+    let mut forces = vec![Forces::none(&model); 3];
+    forces[1].push(model.last_body(), Wrench::at_center([3.0, -1.0, 2.0]));
+    forces[2]
+        .set_gravity(&model, BodyId(0), DVec3::new(1.0, 2.0, 3.0))
+        .unwrap();
+    for precision in precisions(&device) {
+        let chosen = BatchOptions {
+            precision,
+            ..BatchOptions::default()
+        };
+        let mut batch = Batch::new(&device, &model, 3, &chosen).unwrap();
+        let choice = *batch.choice();
+        assert_eq!((choice.algorithm, choice.forced), (Algorithm::Dca, false));
+        assert!(
+            choice
+                .to_string()
+                .starts_with("dca over all items, expected"),
+            "{choice}"
+        );
+        batch.set_states(&states).unwrap();
+        batch.set_forces(&forces).unwrap();
+        let found = batch.solve().unwrap();
+        let mut reference = Workspace::new(&model, Precision::Reference);
+        for item in 0..3 {
+            aba(&model, &states[item], &forces[item], &mut reference).unwrap();
+            let error = forward_error(&found[300 * item..300 * (item + 1)], &reference).unwrap();
+            assert!(error <= 1e5 * precision.epsilon(), "{precision}: {error:e}");
+        }
+        let each = batch.accelerations_of_each().unwrap();
+        assert!(
+            each.iter()
+                .zip(found.chunks(300))
+                .all(|(a, b)| a.as_deref() == Ok(b))
+        );
+        batch.steps(1e-5, 5).unwrap();
+        let (moved, poses) = (batch.states().unwrap(), batch.poses().unwrap());
+        for item in 0..3 {
+            let mut cpu = Simulation::new(model.clone()).unwrap();
+            cpu.set_state(states[item].clone()).unwrap();
+            *cpu.forces_mut() = forces[item].clone();
+            cpu.steps(1e-5, 5).unwrap();
+            let tip = cpu.pose(model.last_body()).unwrap().translation;
+            let off = (poses[300 * item + 299].translation - tip).length();
+            assert!(off <= 300.0 * 100.0 * precision.epsilon(), "{off:e}");
+            assert!((moved[item].time - 5e-5).abs() < 1e-15);
+            assert_eq!(batch.pose_place(item, BodyId(299)), 300 * item + 299);
+        }
+    }
+    // Forced, it is the recursion.
+    let recursion = BatchOptions {
+        algorithm: Some(Algorithm::Aba),
+        precision: Precision::F32,
+        ..BatchOptions::default()
+    };
+    let batch = Batch::new(&device, &model, 3, &recursion).unwrap();
+    assert_eq!(
+        (batch.choice().algorithm, batch.choice().forced),
+        (Algorithm::Aba, true)
+    );
+    // Robots are for the recursion by themselves.
+    let (robot, ..) = problem(9, 1, 2);
+    let many = Batch::new(&device, &robot, 500, &options(Precision::F32, 1)).unwrap();
+    assert_eq!(many.choice().algorithm, Algorithm::Aba);
+}
+
+/// By divide and conquer all items stop with the one that fails, which is named with its own body.
+#[test]
+fn a_failing_item_stops_the_forest() {
+    let Some(device) = device() else { return };
+    let model = generate::random_chain(300, &generate::Rod::default(), 3).unwrap();
+    let mut states: Vec<_> = (0..3).map(|seed| State::random(&model, seed)).collect();
+    let good = states.clone();
+    states[1].qd[200] = 1e30;
+    let conquer = BatchOptions {
+        precision: Precision::F32,
+        algorithm: Some(Algorithm::Dca),
+        ..BatchOptions::default()
+    };
+    let mut batch = Batch::new(&device, &model, 3, &conquer).unwrap();
+    batch.set_states(&states).unwrap();
+    let error = batch.steps(1e-3, 4).unwrap_err();
+    let Error::Item {
+        item: 1, source, ..
+    } = &error
+    else {
+        panic!("{error}");
+    };
+    let Error::Overflow {
+        body, time: 0.0, ..
+    } = &**source
+    else {
+        panic!("{error}");
+    };
+    assert!(model.find(body).is_some(), "{body}");
+    let kept = batch.states().unwrap();
+    assert_eq!(kept[0].time, 0.0);
+    assert!((kept[1].qd[200] - 1e30).abs() < 1e24 && kept[2].q.len() == 300);
+    assert!(batch.solve().is_err());
+    let each = batch.accelerations_of_each().unwrap();
+    assert!(each.iter().all(Result::is_err));
+    batch.set_states(&good).unwrap();
+    batch.steps(1e-5, 4).unwrap();
+    assert!(batch.failures().unwrap().is_empty());
 }

@@ -52,7 +52,7 @@ fn options(chunks: Precision, tree: Precision, window: usize) -> Options {
         chunks: Some(chunks),
         tree: Some(tree),
         schedule: Some(ScheduleOptions::with_window(window)),
-        integrator: Integrator::SemiImplicitEuler,
+        ..Options::default()
     }
 }
 
@@ -153,6 +153,132 @@ fn uneven_masses() {
     }
 }
 
+/// Forward errors after no, one and two corrections; of the CPU with joins in f64 too, in the same chunks.
+fn refined_errors(device: &Device, model: &Model, seed: u64, options: &Options) -> [f64; 4] {
+    let (state, forces) = inputs(model, seed);
+    let mut reference = Workspace::new(model, Precision::Reference);
+    aba(model, &state, &forces, &mut reference).unwrap();
+    let error = |sweeps| {
+        let options = Options { sweeps, ..*options };
+        let mut simulation = Simulation::on(device, model, &options).unwrap();
+        simulation.set_state(&state).unwrap();
+        simulation.set_forces(&forces).unwrap();
+        let first = simulation.accelerations().unwrap();
+        // Nothing of one solution is left in the next.
+        assert_eq!(first, simulation.accelerations().unwrap());
+        forward_error(&first, &reference).unwrap()
+    };
+    let twin = DcaOptions {
+        schedule: options.schedule,
+        parallel: false,
+        ..DcaOptions::default()
+    };
+    let mut workspace = DcaWorkspace::new(model, &twin).unwrap();
+    let twin = dca(model, &state, &forces, &mut workspace).unwrap();
+    [
+        error(0),
+        error(1),
+        error(2),
+        forward_error(twin, &reference).unwrap(),
+    ]
+}
+
+/// Each correction gains the digits that the joins have, up to those of the chunks.
+fn compare_refined(device: &Device, model: &Model, seed: u64, window: usize, what: &str) {
+    let options = options(Precision::F64, Precision::F32, window);
+    let [none, one, two, cpu] = refined_errors(device, model, seed, &options);
+    let n = model.bodies().len() as f64;
+    let rounding = 16.0 * cpu + 64.0 * n.sqrt() * f64::EPSILON;
+    let gained = 1e3 * f64::from(f32::EPSILON);
+    println!("{what}: {none:e} {one:e} {two:e}, {cpu:e} on the CPU");
+    assert!(one <= gained * none + rounding, "{what}: {none:e} {one:e}");
+    assert!(two <= gained * one + rounding, "{what}: {one:e} {two:e}");
+}
+
+#[test]
+fn corrected_chains() {
+    let Some(device) = device() else { return };
+    for count in [1, 9, 33, 700] {
+        let model = generate::random_chain(count, &Rod::default(), count as u64).unwrap();
+        compare_refined(&device, &model, 3, 4, &format!("chain of {count}"));
+    }
+    for masses in [
+        Masses::HeavyTips(1e8),
+        Masses::Alternating(1e4),
+        Masses::EveryEighth(1e-12),
+        Masses::Decades(8.0),
+    ] {
+        let model = generate::uneven_tree(200, 1, &Rod::default(), &masses, 5).unwrap();
+        compare_refined(&device, &model, 7, 8, &format!("{masses:?}"));
+    }
+}
+
+#[test]
+fn corrected_trees() {
+    let Some(device) = device() else { return };
+    let mut seed = 0;
+    for count in [60, 300] {
+        for (reach, window, articulations) in [(3, 2, 2), (8, 4, 5), (count, 4, 1)] {
+            seed += 1;
+            let shape = RandomTree {
+                count,
+                reach,
+                articulations,
+                floating: seed % 2 == 0,
+                mixed: true,
+            };
+            let model = generate::random_tree(&shape, seed).unwrap();
+            let what = format!("{shape:?} window {window}");
+            compare_refined(&device, &model, seed, window, &what);
+        }
+    }
+    let masses = Masses::Decades(4.0);
+    let model = generate::uneven_tree(200, 4, &Rod::default(), &masses, 5).unwrap();
+    compare_refined(&device, &model, 7, 4, "uneven tree");
+}
+
+/// Steps take corrected accelerations, and what cannot be corrected is refused.
+#[test]
+fn corrected_steps() {
+    let Some(device) = device() else { return };
+    let model = generate::random_tree(&RandomTree::mixed(40), 3).unwrap();
+    let (state, forces) = inputs(&model, 4);
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        let mut cpu = vertebra_dynamics::Simulation::new(model.clone())
+            .unwrap()
+            .with_integrator(integrator);
+        cpu.set_state(state.clone()).unwrap();
+        *cpu.forces_mut() = forces.clone();
+        let options = Options {
+            integrator,
+            sweeps: 2,
+            ..options(Precision::F64, Precision::F32, 2)
+        };
+        let mut gpu = Simulation::on(&device, &model, &options).unwrap();
+        gpu.set_state(&state).unwrap();
+        gpu.set_forces(&forces).unwrap();
+        gpu.steps(1e-4, 3).unwrap();
+        for _ in 0..3 {
+            cpu.step(1e-4).unwrap();
+        }
+        let found = gpu.state().unwrap().qd;
+        let expected = &cpu.state().unwrap().qd;
+        let largest = expected.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+        for (a, b) in found.iter().zip(expected) {
+            let error = (a - b).abs() / largest;
+            assert!(error <= 1e-11, "{integrator:?}: {error:e}");
+        }
+    }
+    for (chunks, sweeps) in [(Precision::F32, 1), (Precision::F64, 4)] {
+        let options = Options {
+            sweeps,
+            ..options(chunks, Precision::F32, 4)
+        };
+        let refused = Simulation::on(&device, &model, &options);
+        assert!(matches!(refused, Err(Error::Sweeps { .. })), "{refused:?}");
+    }
+}
+
 /// Steps of either integrator are the CPU's, and poses are those of the state.
 #[test]
 fn steps_and_poses() {
@@ -189,7 +315,7 @@ fn steps_and_poses() {
             cpu.step(1e-3).unwrap();
         }
         let moved = gpu.state().unwrap();
-        let expected = cpu.state();
+        let expected = cpu.state().unwrap().clone();
         assert_eq!(moved.time.to_bits(), expected.time.to_bits());
         let largest = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
         for (found, expected) in [(&moved.q, &expected.q), (&moved.qd, &expected.qd)] {

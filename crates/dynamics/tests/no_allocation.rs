@@ -3,9 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
 use vertebra_assembly::generate::{self, RandomTree};
-use vertebra_assembly::{Model, State, mechanism};
+use vertebra_assembly::{Body, Model, State, mechanism};
 use vertebra_dynamics::{
-    Batch, BodyPoint, Centroidal, DcaOptions, DcaWorkspace, Derivatives, Forces, Integrator,
+    Batch, BodyPoint, Centroidal, DcaOptions, DcaWorkspace, Derivatives, Forces, Integrator, Motor,
     Precision, Simulation, Solver, SolverOptions, Workspace, Wrench, aba, aba_batch,
     aba_derivatives, body_poses, centroidal, dca, refine, rnea, rnea_derivatives,
 };
@@ -88,6 +88,26 @@ fn quantities_allocate_nothing() {
     };
     all();
     assert_eq!(allocation_counter::measure(all).count_total, 0);
+}
+
+#[test]
+fn steps_with_elements_and_motors_allocate_nothing() {
+    let model = generate::random_mechanism(30, true, 5).unwrap();
+    let slides = |body: &&Body| body.dof_range().len() == 1;
+    let driven = model.bodies().iter().find(slides).unwrap();
+    let driven = model.find(&driven.name).unwrap();
+    let mut simulation = Simulation::new(model).unwrap();
+    simulation.set_motor(driven, Motor::torque(1.0)).unwrap();
+    simulation.step(1e-3).unwrap();
+    let count = allocation_counter::measure(|| {
+        for step in 0..50 {
+            let target = f64::from(step) * 0.01;
+            let motor = Motor::position(target, 100.0, 1.0).limited(10.0);
+            simulation.set_motor(driven, motor).unwrap();
+            simulation.step(1e-3).unwrap();
+        }
+    });
+    assert_eq!(count.count_total, 0);
 }
 
 #[test]

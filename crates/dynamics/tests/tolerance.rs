@@ -168,9 +168,9 @@ fn errors_are_watched() {
         }
         simulation
     };
-    let plain = run(None);
-    let watched = run(Some(Monitor::every(10, 1e-8)));
-    assert_eq!(plain.state(), watched.state());
+    let mut plain = run(None);
+    let mut watched = run(Some(Monitor::every(10, 1e-8)));
+    assert_eq!(plain.state().unwrap(), watched.state().unwrap());
     assert!(plain.monitor().is_none());
     let monitor = watched.monitor().unwrap();
     assert_eq!((monitor.checks(), monitor.exceeded()), (3, 3));

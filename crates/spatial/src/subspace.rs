@@ -42,6 +42,13 @@ pub fn prismatic<T: Number>(axis: Vec3<T>) -> [Motion<T>; 1] {
     [Motion::new(Vec3::ZERO, axis)]
 }
 
+/// S of a screw joint turning about `axis` and sliding along it by `pitch` a radian.
+#[inline]
+#[must_use]
+pub fn screw<T: Number>(axis: Vec3<T>, pitch: T) -> [Motion<T>; 1] {
+    [Motion::new(axis, axis * pitch)]
+}
+
 /// S of a spherical joint whose rates are given along the columns of `axes`.
 #[inline]
 #[must_use]

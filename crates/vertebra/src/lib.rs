@@ -12,10 +12,11 @@ pub use glam;
 #[cfg(feature = "urdf")]
 pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
-    self as assembly, Body, BodyDescription, BodyId, Closure, Coupling, CouplingDescription, Frame,
+    self as assembly, Body, BodyDescription, BodyId, BodyShape, BuildError, Builder, Built,
+    Centerline, Closure, Compound, Coupling, CouplingDescription, Edit, Edited, Frame,
     FrameDescription, Joint, JointKind, JointLimits, Loop, LoopDescription, MassProperties, Mimic,
-    Model, ModelDescription, ModelError, NotSimulated, Random, State, Units, generate, mechanism,
-    schedule,
+    Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring, State, Stop, Units,
+    generate, mechanism, schedule,
 };
 pub use vertebra_collision::{
     self as collision, ClassifiedPair, ClosePair, Collider, Culling, Curve, CurvePoint, Curves,
@@ -24,12 +25,12 @@ pub use vertebra_collision::{
 };
 pub use vertebra_dynamics::{
     self as dynamics, Achieved, Algorithm, Batch, BodyForce, BodyMotion, BodyPoint, Centroidal,
-    Check, Choice, DcaOptions, DcaWorkspace, Derivatives, Error, Forces, Integrator, LoopForces,
-    LoopViolation, Mechanics, Monitor, Precision, Refinement, Residual, Simulation, Solved, Solver,
-    SolverOptions, Workspace, Wrench, aba, aba_batch, aba_derivatives, body_poses, centroidal,
-    crba, crba_forward_dynamics, dca, forward_error, forward_kinematics,
-    inverse_operational_inertia, joint_wrenches, mechanics, operational_inertia, refine, residual,
-    rnea, rnea_derivatives,
+    Check, Choice, DcaOptions, DcaWorkspace, Derivatives, Device, Elements, Error, Forces,
+    Integrator, LoopForces, LoopViolation, Mechanics, Monitor, Motor, PendingPoses, Precision,
+    Refinement, Residual, Simulation, Solved, Solver, SolverOptions, Stored, Work, Workspace,
+    Wrench, aba, aba_batch, aba_derivatives, body_poses, centroidal, crba, crba_forward_dynamics,
+    dca, forward_error, forward_kinematics, inverse_operational_inertia, joint_wrenches, mechanics,
+    operational_inertia, refine, residual, rnea, rnea_derivatives,
 };
 #[cfg(feature = "gpu")]
 pub use vertebra_gpu as gpu;

@@ -1,14 +1,5 @@
 // Which of the `jobs`, of which there are `sizes.jobs`, a workgroup belongs to.
 
-struct Sizes {
-    // Number of jobs.
-    jobs: u32,
-    // Workgroups of all jobs.
-    groups: u32,
-    // Places in the queue.
-    queue: u32,
-}
-
 // How often jobs can be halved to find the one that a workgroup belongs to.
 const HALVINGS: u32 = 32u;
 

@@ -15,13 +15,16 @@ struct Sizes {
     inners: u32,
     leaves: u32,
     rakes: u32,
+    // Rakes of paths of one chunk, which come first; of several, which follow.
+    single_rakes: u32,
+    path_rakes: u32,
     // Whether bodies carry others' paths.
     carriers: u32,
     // Whether every joint has one freedom: numbers of slots are then those of positions and rates.
     single: u32,
-    // First words of the tables of chunks, joins, sums and rakes.
+    // First words of the tables of chunks, cut bodies, sums and rakes.
     chunk_words: u32,
-    join_words: u32,
+    cut_words: u32,
     sum_words: u32,
     rake_words: u32,
     // Metres in the model's unit of length.
@@ -39,6 +42,8 @@ struct Layer {
     ways: u32,
     // The stage of an integrator, or what becomes of the state.
     stage: u32,
+    // 0 for a solution, 1 for its first correction, ...
+    sweep: u32,
 }
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;
@@ -102,17 +107,22 @@ fn rake_onto(slot: u32, which: u32) -> u32 { return words[(4u + which) * sizes.s
 fn kind_of(flags: u32) -> u32 { return flags & 7u; }
 
 // Tables of chunks. The slots of a round's chunks are numbered by their place in the chunk, then by chunks,
-// the longest first.
+// the longest first. A chunk with a node and a rake is the head of a raked path of several. The joins before
+// and after are those of the cut bodies at its ends; what a chunk hangs from is what a join hangs from, then
+// what is across another part.
 const JAG = 0u;
 const RANK = 1u;
 const LENGTH = 2u;
 const INBOARD = 3u;
 const ENDS = 4u;
-const PARENT = 5u;
+const UNDER = 5u;
 const NODE = 6u;
 const INNER = 7u;
 const LEAF = 8u;
 const RAKE = 9u;
+const BEFORE = 10u;
+const AFTER = 11u;
+const ACROSS = 12u;
 
 // Bits of ENDS.
 const FROM_CARRIER = 1u;
@@ -139,7 +149,13 @@ fn slot_at(slots: Slots, place: u32) -> u32 {
     return words[slots.jag + place] + slots.rank;
 }
 
-// A slot and what tables say of it: looked up a place ahead, because what is read of a body waits for these.
+// The slot at a place of a chunk, or at its last one. Looked up two places ahead, because what is read of a
+// body waits for it, and a lane waits where a read does.
+fn slot_ahead(slots: Slots, place: u32) -> u32 {
+    return slot_at(slots, min(place, slots.length - 1u));
+}
+
+// A slot and what tables say of it: looked up a place ahead.
 struct Spot {
     slot: u32,
     flags: u32,
@@ -147,30 +163,16 @@ struct Spot {
     v: u32,
 }
 
-// At a place of a chunk, or at its last one.
-fn spot_at(slots: Slots, place: u32) -> Spot {
-    let slot = slot_at(slots, min(place, slots.length - 1u));
+fn spot_of(slot: u32) -> Spot {
     return Spot(slot, flags_of(slot), position_of(slot), dof_of(slot));
 }
 
-// Tables of joins. A parent is twice a join, and one more for its outboard part.
-const INBOARD_NODE = 0u;
-const OUTBOARD_NODE = 1u;
-const INBOARD_TURN = 2u;
-const OUTBOARD_TURN = 3u;
-const HEAD = 4u;
-const CARRIER = 5u;
-const JOIN_PARENT = 6u;
-const CUT = 7u;
-const JOIN_RAKE = 8u;
-
-fn join_word(join: u32, which: u32) -> u32 {
-    return words[sizes.join_words + which * sizes.joins + join];
-}
+// The body that a join puts together.
+fn cut_of(join: u32) -> u32 { return words[sizes.cut_words + join]; }
 
 // Starts of the arrays in `scratch`: of each slot its place, and if it carries paths its handle's position and
 // acceleration; what is across each chunk and join; what each join hangs from; of each freedom what the way
-// down needs; of inner chunks and leaves their inverses; rakes.
+// down needs; of inner chunks and leaves their inverses; rakes; what corrections keep (refine.wgsl).
 fn carriers_at() -> u32 { return 4u * sizes.slots; }
 fn turns_at() -> u32 { return carriers_at() + 3u * sizes.slots * sizes.carriers; }
 fn turns() -> u32 { return sizes.chunks + sizes.joins; }
@@ -179,6 +181,7 @@ fn freedoms_at() -> u32 { return unders_at() + 3u * sizes.joins; }
 fn inners_at() -> u32 { return freedoms_at() + 4u * sizes.dofs; }
 fn leaves_at() -> u32 { return inners_at() + 16u * sizes.inners; }
 fn rakes_at() -> u32 { return leaves_at() + 32u * sizes.leaves; }
+fn kept_at() -> u32 { return rakes_at() + 8u * sizes.rakes; }
 
 // Starts of the arrays in `state`.
 fn work_q() -> u32 { return sizes.positions + sizes.dofs; }

@@ -1,16 +1,18 @@
 // Nodes of the tree and what joins keep, in memory. A record is contiguous, because several lanes share it.
 //
-// A node is Phi12 by rows, b1, b2, and the lower triangles of Phi11 and Phi22 by rows. What a join keeps is
-// Y_A, Y_B by columns, y, and the factor. What acts on it is x, f2, and the force between its parts.
+// A node is Phi12 by rows, b1, b2, and the lower triangles of Phi11 and Phi22 by rows. What a join keeps are
+// rows of G^-1 [Phi21 of the inboard part, Phi12 of the outboard one, the difference of b], sixteen numbers
+// each. What acts in it is the force between its parts.
 
 @group(0) @binding(8) var<storage, read> forces: array<chunk_real>;
 @group(0) @binding(9) var<storage, read_write> nodes: array<vec4<tree_real>>;
 
 const NODE_SIZE = 23u;
-const JOINED_SIZE = 26u;
-// Where the factor starts in what a join keeps.
-const FACTOR = 20u;
-const ACTING_SIZE = 5u;
+const JOINED_SIZE = 24u;
+const ROW_SIZE = 4u;
+// Where the last number of a row is.
+const DIFFERENCE = 12u;
+const ACTING_SIZE = 2u;
 
 fn node_at(index: u32) -> u32 { return NODE_SIZE * index; }
 
@@ -28,12 +30,18 @@ fn tree_put(at: u32, x: real, y: real, z: real, w: real) {
     nodes[at] = vec4<tree_real>(vec4<real>(x, y, z, w));
 }
 
+// Numbers that lanes own.
+fn number_at(at: u32, i: u32) -> real { return real(nodes[at + i / 4u][i % 4u]); }
+
+fn put_number(at: u32, i: u32, number: real) {
+    nodes[at + i / 4u][i % 4u] = tree_real(number);
+}
+
 fn tree_put_vectors(at: u32, v: vec3<real>, w: vec3<real>, x: vec3<real>, y: vec3<real>) {
     tree_put(at, v.x, v.y, v.z, w.x);
     tree_put(at + 1u, w.y, w.z, x.x, x.y);
     tree_put(at + 2u, x.z, y.x, y.y, y.z);
 }
-
 
 fn put_node(index: u32, node: Node) {
     let at = node_at(index);
@@ -70,31 +78,12 @@ struct Ends {
     f2: Force,
 }
 
-// What acts at the ends of a part whose parent is known.
-fn handed(parent: u32) -> Ends {
-    let at = acting_at(parent >> 1u);
+// The force on the outboard part of a join.
+fn acting(join: u32) -> Force {
+    let at = acting_at(join);
     let a = vec4<real>(nodes[at]);
     let b = vec4<real>(nodes[at + 1u]);
-    let c = vec4<real>(nodes[at + 2u]);
-    let d = vec4<real>(nodes[at + 3u]);
-    let e = vec4<real>(nodes[at + 4u]);
-    let force = Force(d.xyz, vec3<real>(d.w, e.xy));
-    if (parent & 1u) == 0u {
-        return Ends(
-            Force(a.xyz, vec3<real>(a.w, b.xy)),
-            force_scaled(force, -1.0),
-        );
-    }
-    return Ends(force, Force(vec3<real>(b.zw, c.x), c.yzw));
-}
-
-fn put_acting(join: u32, ends: Ends, force: Force) {
-    let at = acting_at(join);
-    let x = ends.x;
-    let f2 = ends.f2;
-    tree_put_vectors(at, x.angular, x.linear, f2.angular, f2.linear);
-    tree_put(at + 3u, force.angular.x, force.angular.y, force.angular.z, force.linear.x);
-    tree_put(at + 4u, force.linear.y, force.linear.z, 0.0, 0.0);
+    return Force(a.xyz, vec3<real>(a.w, b.xy));
 }
 
 // The acceleration a1 that a path's head hangs from.
@@ -106,7 +95,11 @@ fn hanging(head: u32, carrier: u32) -> Force {
         );
     }
     let at = carriers_at() + carrier;
-    let handle = Motion(fetch(at + sizes.slots).xyz, fetch(at + 2u * sizes.slots).xyz);
-    let a = motion_shifted(handle, get_placed(head).offset);
+    return seen_from(head, fetch(at + sizes.slots).xyz, fetch(at + 2u * sizes.slots).xyz);
+}
+
+// A motion of the handle that a path hangs from, at the joint of its head.
+fn seen_from(head: u32, angular: vec3<real>, linear: vec3<real>) -> Force {
+    let a = motion_shifted(Motion(angular, linear), get_placed(head).offset);
     return Force(a.angular, a.linear);
 }

@@ -71,8 +71,8 @@ struct Given {
     rate: real,
 }
 
-fn given_at(slots: Slots, place: u32) -> Given {
-    let spot = spot_at(slots, place);
+fn given_of(slot: u32) -> Given {
+    let spot = spot_of(slot);
     return Given(
         spot,
         vec4<real>(links[spot.slot]),
@@ -119,28 +119,6 @@ fn arm_of(slot: u32, flags: u32) -> vec3<real> {
     return vec4<real>(links[2u * sizes.slots + slot]).xyz;
 }
 
-// What is across a chunk, from the handle it hangs from to that of its last body.
-fn across_chunk(chunk: u32) -> Turn {
-    let slots = slots_of(chunk);
-    var across = no_turn();
-    var next = given_at(slots, 0u);
-    for (var place = 0u; place < slots.length; place++) {
-        let given = next;
-        next = given_at(slots, place + 1u);
-        let joint = local(given);
-        let arm = quaternion_turned(joint.rotation, arm_of(given.spot.slot, given.spot.flags));
-        across = then(
-            across,
-            Turn(
-                joint.rotation,
-                quaternion_turned(joint.rotation, joint.velocity.angular),
-                joint.offset + arm,
-            ),
-        );
-    }
-    return across;
-}
-
 // A body in the world: as place.rs has it, but for inertia and forces.
 struct Placed {
     rotation: vec4<real>,
@@ -161,14 +139,13 @@ fn get_placed(slot: u32) -> Placed {
     return Placed(fetch(3u * sizes.slots + slot), four.a, four.b, Motion(four.d, four.c));
 }
 
-// What a part hangs from whose parent is known: the same, or what is across the part inboard of it.
-fn under(parent: u32) -> Turn {
-    let join = parent >> 1u;
+// What a join hangs from, then what is across another part, if there is one.
+fn under(join: u32, across: u32) -> Turn {
     let start = get_turn(unders_at() + join, sizes.joins);
-    if (parent & 1u) == 0u {
+    if across == NONE {
         return start;
     }
-    return then(start, get_across(join_word(join, INBOARD_TURN)));
+    return then(start, get_across(across));
 }
 
 // How the body is turned that carries a path.
@@ -179,9 +156,9 @@ fn carried(slot: u32) -> Turn {
 
 // What a chunk hangs from.
 fn under_chunk(chunk: u32) -> Turn {
-    let parent = chunk_word(chunk, PARENT);
-    if parent != NONE {
-        return under(parent);
+    let join = chunk_word(chunk, UNDER);
+    if join != NONE {
+        return under(join, chunk_word(chunk, ACROSS));
     }
     if (chunk_word(chunk, ENDS) & FROM_CARRIER) != 0u {
         return carried(chunk_word(chunk, INBOARD));
@@ -193,10 +170,12 @@ fn under_chunk(chunk: u32) -> Turn {
 fn place_chunk(chunk: u32) {
     let slots = slots_of(chunk);
     var parent = under_chunk(chunk);
-    var next = given_at(slots, 0u);
+    var next = given_of(slot_at(slots, 0u));
+    var ahead = slot_ahead(slots, 1u);
     for (var place = 0u; place < slots.length; place++) {
         let given = next;
-        next = given_at(slots, place + 1u);
+        next = given_of(ahead);
+        ahead = slot_ahead(slots, place + 2u);
         let slot = given.spot.slot;
         let flags = given.spot.flags;
         let kind = kind_of(flags);

@@ -21,22 +21,31 @@ fn put_rake(index: u32, rake: Rake, coarser: real) {
     put(at + 7u * n, vec4<real>(rake.carried, coarser, 0.0));
 }
 
-fn get_rake(index: u32) -> Rake {
+// About the head's joint, or of a sum about the carrier's handle; without what is carried.
+fn rake_at_head(index: u32) -> Rake {
     let at = rakes_at() + index;
     let n = sizes.rakes;
     let m = get4(at, n);
     let h = get4(at + 3u * n, n);
-    let rest = fetch(at + 7u * n);
-    var inertia = Inertia(Sym3(m.a, m.b), mat3x3<real>(h.a, h.b, h.c), Sym3(m.c, m.d));
-    var bias = Force(h.d, fetch(at + 6u * n).xyz);
+    return Rake(
+        Inertia(Sym3(m.a, m.b), mat3x3<real>(h.a, h.b, h.c), Sym3(m.c, m.d)),
+        Force(h.d, fetch(at + 6u * n).xyz),
+        vec2<real>(0.0, 0.0),
+    );
+}
+
+fn get_rake(index: u32) -> Rake {
+    var rake = rake_at_head(index);
+    let rest = fetch(rakes_at() + index + 7u * sizes.rakes);
     let head = words[sizes.rake_words + index];
     if head != NONE {
         let offset = get_placed(head).offset;
-        inertia = inertia_shifted_back(inertia, offset);
-        bias = force_shifted_back(bias, offset);
+        rake.inertia = inertia_shifted_back(rake.inertia, offset);
+        rake.bias = force_shifted_back(rake.bias, offset);
     }
-    let traces = vec2<real>(sym_trace(inertia.angular), sym_trace(inertia.linear));
-    return Rake(inertia, bias, rest.xy + traces * rest.z);
+    let traces = vec2<real>(sym_trace(rake.inertia.angular), sym_trace(rake.inertia.linear));
+    rake.carried = rest.xy + traces * rest.z;
+    return rake;
 }
 
 fn rake_added(a: Rake, b: Rake, share: real) -> Rake {

@@ -75,6 +75,13 @@ pub(crate) fn measurements<'a>(
             let chain = chain.clone();
             add("dca", Box::new(move |meter| chain.solve(meter, "dca")));
         }
+        if selection.wants("dca-refined") && chunks != tree {
+            for (sweeps, method) in [(1, "dca-refined"), (2, "dca-refined-2")] {
+                let mut chain = chain.clone();
+                chain.options.sweeps = sweeps;
+                add(method, Box::new(move |meter| chain.refine(meter, method)));
+            }
+        }
         if selection.wants("step") {
             let one = chain.clone();
             add("step", Box::new(move |meter| one.step(meter, 1)));
@@ -181,6 +188,32 @@ impl Chain<'_> {
         }))
     }
 
+    /// Forward dynamics with corrections, and what one costs beside the solution.
+    fn refine(&self, meter: &Meter, method: &str) -> anyhow::Result<Option<Row>> {
+        let plain = Options {
+            sweeps: 0,
+            ..self.options
+        };
+        let chain = Chain {
+            options: plain,
+            ..self.clone()
+        };
+        let alone = chain.solve(meter, method)?;
+        let row = self.solve(meter, method)?;
+        Ok(alone.zip(row).map(|(alone, row)| {
+            let sweeps = self.options.sweeps as f64;
+            let share = (row.time_median_s / alone.time_median_s - 1.0) / sweeps;
+            Row {
+                note: format!(
+                    "without kinematics; a correction takes {:.0} % of the solution's {:.1} us",
+                    100.0 * share,
+                    1e6 * alone.time_median_s
+                ),
+                ..row
+            }
+        }))
+    }
+
     /// A whole step: kinematics, dynamics, integration and, after the last of `count`, all poses; the
     /// time of one. The error is that of the rates.
     fn step(&self, meter: &Meter, count: usize) -> anyhow::Result<Option<Row>> {
@@ -248,8 +281,11 @@ impl Chain<'_> {
             return Ok(String::new());
         }
         simulation.take_times(Timing::Dispatches)?;
-        simulation.steps(STEP, 1)?;
-        simulation.steps(STEP, 1)?;
+        let (state, _) = &self.subject.inputs[0];
+        for _ in 0..2 {
+            simulation.set_state(state)?;
+            simulation.steps(STEP, 1)?;
+        }
         Ok(format!(
             "; one by one{}",
             shares(&simulation.dispatch_times())

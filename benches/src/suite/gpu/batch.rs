@@ -3,10 +3,10 @@
 use super::{Outcome, holds};
 use crate::suite::{Figure, gold_robots, worst_of};
 use vertebra::dynamics::gpu::{Batch, BatchOptions};
-use vertebra::generate::{RandomTree, random_tree};
+use vertebra::generate::{RandomTree, Rod, random_chain, random_tree};
 use vertebra::{
-    Error, Forces, Integrator, Model, Precision, Random, Simulation, State, Workspace, Wrench, aba,
-    forward_error,
+    Algorithm, Error, Forces, Integrator, Model, Precision, Random, Simulation, State, Workspace,
+    Wrench, aba, forward_error,
 };
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
@@ -21,7 +21,7 @@ fn precisions(device: &Device) -> Vec<Precision> {
 }
 
 /// Random forces in joints and on bodies.
-fn forces(model: &Model, count: usize, seed: u64) -> Vec<Forces> {
+fn forces(model: &Model, count: usize, seed: u64) -> Result<Vec<Forces>, Error> {
     let mut random = Random::new(seed);
     let bodies: Vec<_> = model.body_ids().collect();
     let one = |item: usize| {
@@ -33,7 +33,10 @@ fn forces(model: &Model, count: usize, seed: u64) -> Vec<Forces> {
             wrench.body_axes = item.is_multiple_of(2);
             forces.push(bodies[random.below(bodies.len())], wrench);
         }
-        forces
+        if item % 4 == 3 {
+            forces.set_gravity(model, bodies[0], random.direction() * 5.0)?;
+        }
+        Ok(forces)
     };
     (0..count).map(one).collect()
 }
@@ -56,7 +59,7 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
             .collect();
         // Without forces on bodies other kernels are compiled.
         let forces = if number % 2 == 0 {
-            forces(model, ITEMS, number)
+            forces(model, ITEMS, number)?
         } else {
             vec![Forces::none(model); ITEMS]
         };
@@ -93,6 +96,47 @@ pub(super) fn accelerations(device: &Device) -> Outcome {
     Ok(figures)
 }
 
+/// Few long chains, which go by divide and conquer: the choice, and errors as of one alone.
+pub(super) fn long_chains(device: &Device) -> Outcome {
+    let bodies = if super::is_software(device) {
+        300
+    } else {
+        2048
+    };
+    let model = random_chain(bodies, &Rod::default(), 1)?;
+    let states: Vec<_> = (0..8).map(|seed| State::random(&model, seed)).collect();
+    let forces = forces(&model, states.len(), 2)?;
+    let mut figures = Vec::new();
+    for precision in precisions(device) {
+        let options = BatchOptions {
+            precision,
+            ..BatchOptions::default()
+        };
+        let mut batch = Batch::new(device, &model, states.len(), &options)?;
+        let choice = *batch.choice();
+        let conquers = choice.algorithm == Algorithm::Dca && !choice.forced;
+        figures.push(holds(format!("{precision}: {choice}"), conquers));
+        batch.set_states(&states)?;
+        batch.set_forces(&forces)?;
+        let qdd = batch.solve()?;
+        let mut exact = Workspace::new(&model, Precision::Reference);
+        let mut worst = 0.0_f64;
+        for (item, found) in qdd.chunks_exact(bodies).enumerate() {
+            aba(&model, &states[item], &forces[item], &mut exact)?;
+            worst = worst_of(worst, forward_error(found, &exact)?);
+        }
+        // As of `dynamics_seeds`.
+        let bound = if precision == Precision::F32 {
+            2e-3
+        } else {
+            2e-11
+        };
+        let name = format!("{} chains of {bodies} in {precision}", states.len());
+        figures.push(Figure::new(name, worst, bound));
+    }
+    Ok(figures)
+}
+
 /// Steps of both integrators follow the CPU's.
 pub(super) fn steps(device: &Device) -> Outcome {
     const H: f64 = 1e-4;
@@ -108,7 +152,7 @@ pub(super) fn steps(device: &Device) -> Outcome {
                 let options = BatchOptions {
                     precision,
                     integrator,
-                    lanes: None,
+                    ..BatchOptions::default()
                 };
                 let mut batch = Batch::new(device, &model, states.len(), &options)?;
                 batch.set_states(&states)?;
@@ -121,11 +165,11 @@ pub(super) fn steps(device: &Device) -> Outcome {
                     let mut largest = 1.0_f64;
                     for _ in 0..STEPS {
                         cpu.step(H)?;
-                        let rates = cpu.state().qd.iter();
+                        let rates = cpu.state()?.qd.iter();
                         largest = rates.fold(largest, |m, x| m.max(x.abs()));
                     }
                     let numbers = |state: &State| [&state.q[..], &state.qd].concat();
-                    let off = numbers(&found[item]).into_iter().zip(numbers(cpu.state()));
+                    let off = numbers(&found[item]).into_iter().zip(numbers(cpu.state()?));
                     let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, worst_of);
                     worst = worst_of(worst, off / largest);
                 }

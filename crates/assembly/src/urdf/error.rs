@@ -1,7 +1,7 @@
 //! What can be wrong with a URDF file, and where.
 
-use crate::ModelError;
-use core::fmt;
+use crate::xml::{XmlError, XmlProblem};
+use crate::{Location, ModelError};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -15,17 +15,6 @@ pub struct UrdfError {
     pub problem: Problem,
 }
 
-/// A place in a URDF file. Displays as `file:line: element`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Location {
-    /// The file; none for text that came from elsewhere.
-    pub file: Option<PathBuf>,
-    /// Line, from 1; none where the whole file is meant.
-    pub line: Option<u32>,
-    /// The element, such as ``<limit> of joint `elbow` ``.
-    pub element: String,
-}
-
 /// What is wrong with a URDF file. Every message names the culprit and the remedy.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -33,21 +22,9 @@ pub enum Problem {
     /// The file cannot be opened or is not UTF-8 text.
     #[error("cannot be read: {0}")]
     Unreadable(std::io::Error),
-    /// The text is not well-formed XML.
-    #[error("is not well-formed XML: {reason}")]
-    NotXml {
-        /// The parser's complaint, with its position.
-        reason: String,
-    },
-    /// The text declares entities, which robots do not need and which can be made to explode.
-    #[error("declares a document type (<!DOCTYPE>), which is not read; remove the declaration")]
-    DocumentType,
-    /// A xacro macro, or an expression of one.
-    #[error("`{found}` is unexpanded xacro; run xacro over the file first and read its output")]
-    Unexpanded {
-        /// The element or expression.
-        found: String,
-    },
+    /// The text, an element or an attribute is not what it should be: see the inner error.
+    #[error(transparent)]
+    Xml(XmlProblem),
     /// The document is something else.
     #[error(
         "the document is not URDF, whose root element is <robot>{}",
@@ -56,47 +33,6 @@ pub enum Problem {
     NotRobot {
         /// The format it looks like, where it is a known one.
         looks_like: Option<&'static str>,
-    },
-    /// An attribute that must be there is missing or empty.
-    #[error("has no attribute `{attribute}`, or an empty one; state it")]
-    MissingAttribute {
-        /// The attribute.
-        attribute: &'static str,
-    },
-    /// An element that must be there is missing.
-    #[error("has no <{child}>; add one")]
-    MissingElement {
-        /// The element, or the choice of elements.
-        child: &'static str,
-    },
-    /// An element that may stand once stands twice.
-    #[error("stands a second time; keep one")]
-    Repeated,
-    /// Text that is no number.
-    #[error("`{text}` in attribute `{attribute}` is not a number")]
-    NotANumber {
-        /// The attribute.
-        attribute: &'static str,
-        /// The text.
-        text: String,
-    },
-    /// NaN, infinity, or a number too large to be represented.
-    #[error("`{text}` in attribute `{attribute}` is not finite; state a number")]
-    NonFinite {
-        /// The attribute.
-        attribute: &'static str,
-        /// The text.
-        text: String,
-    },
-    /// A list of numbers of the wrong length.
-    #[error("attribute `{attribute}` has {found} numbers; it needs {expected}")]
-    WrongCount {
-        /// The attribute.
-        attribute: &'static str,
-        /// How many it must have.
-        expected: usize,
-        /// How many it has.
-        found: usize,
     },
     /// A shape of negative size.
     #[error("attribute `{attribute}` states the negative size {value} m")]
@@ -201,6 +137,11 @@ pub enum Problem {
 }
 
 impl UrdfError {
+    /// An error at a place.
+    pub(super) const fn at(location: Location, problem: Problem) -> Self {
+        Self { location, problem }
+    }
+
     /// The same error with its file.
     pub(super) fn in_file(mut self, file: &Path) -> Self {
         self.location.file = Some(file.to_owned());
@@ -208,15 +149,12 @@ impl UrdfError {
     }
 }
 
-impl fmt::Display for Location {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match (&self.file, self.line) {
-            (Some(file), Some(line)) => write!(f, "{}:{line}: ", file.display())?,
-            (Some(file), None) => write!(f, "{}: ", file.display())?,
-            (None, Some(line)) => write!(f, "line {line}: ")?,
-            (None, None) => {}
+impl From<XmlError> for UrdfError {
+    fn from(error: XmlError) -> Self {
+        Self {
+            location: error.location,
+            problem: Problem::Xml(error.problem),
         }
-        f.write_str(&self.element)
     }
 }
 

@@ -39,7 +39,10 @@ impl File<'_> {
         for &link in &self.tree.order {
             places[link] = match self.tree.carriers[link] {
                 Some(carrier) if self.is_folded(carrier.joint, options) => Place {
-                    placement: places[carrier.parent].placement * self.joints[carrier.joint].origin,
+                    placement: beyond(
+                        &places[carrier.parent].placement,
+                        &self.joints[carrier.joint].origin,
+                    ),
                     ..places[carrier.parent]
                 },
                 None if !options.floating_base && !options.keep_fixed => places[link],
@@ -88,7 +91,7 @@ impl File<'_> {
                 damping: read.damping,
                 friction: read.friction,
                 mimic: self.mimic(read, &joints, options, ignored)?,
-                ..assembly::Joint::new(read.kind).at(parent.placement * read.origin)
+                ..assembly::Joint::new(read.kind).at(beyond(&parent.placement, &read.origin))
             };
             description = description.body(name, name_of(parent.body), joint, masses[link]);
         }
@@ -100,7 +103,7 @@ impl File<'_> {
 
     /// The error of a refused model, at the link or joint it speaks of.
     pub(super) fn locate(&self, error: ModelError) -> UrdfError {
-        let (name, of_joint) = culprit(&error);
+        let (name, of_joint) = (error.culprit(), error.is_of_joint());
         let Some(link) = name.and_then(|name| self.links.iter().position(|l| l.name == name))
         else {
             return self.error(Problem::Model(error));
@@ -188,6 +191,7 @@ impl File<'_> {
                 element: "mimic".to_owned(),
                 owner: format!("joint `{}`", joint.name),
                 line: mimic.line,
+                is_attribute: false,
             });
             return Ok(None);
         }
@@ -206,36 +210,11 @@ impl File<'_> {
     }
 }
 
-/// The body or frame that an error speaks of, and whether it speaks of the joint that carries it.
-fn culprit(error: &ModelError) -> (Option<&str>, bool) {
-    match error {
-        ModelError::ZeroAxis { body }
-        | ModelError::MasslessBody { body }
-        | ModelError::EmptyRange { body, .. }
-        | ModelError::Negative { body, .. } => (Some(body), true),
-        ModelError::NonFinite {
-            quantity, element, ..
-        }
-        | ModelError::NonUnitQuaternion {
-            quantity, element, ..
-        }
-        | ModelError::AbsurdSize {
-            quantity, element, ..
-        } => (Some(element), quantity.starts_with("joint")),
-        ModelError::UnknownParent { body, .. }
-        | ModelError::UnknownBody { user: body, .. }
-        | ModelError::Cycle { body }
-        | ModelError::NegativeMass { body, .. }
-        | ModelError::AsymmetricInertia { body }
-        | ModelError::NonPhysicalInertia { body, .. }
-        | ModelError::DuplicateName { name: body } => (Some(body), false),
-        ModelError::Empty { .. }
-        | ModelError::SelfLoop { .. }
-        | ModelError::CoupledFreedoms { .. }
-        | ModelError::TooLarge { .. }
-        | ModelError::UnsupportedVersion { .. }
-        | ModelError::EmptyName { .. }
-        | ModelError::WrongLength { .. }
-        | ModelError::BadParameter { .. } => (None, false),
+/// A placement seen from beyond another. The product rounds, and what stands at the origin is to keep
+/// its bits.
+fn beyond(outer: &Pose, inner: &Pose) -> Pose {
+    match *outer == Pose::IDENTITY {
+        true => *inner,
+        false => *outer * *inner,
     }
 }

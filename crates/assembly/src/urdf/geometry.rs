@@ -1,8 +1,8 @@
 //! Shapes of links.
 
-use super::xml::Reader;
 use super::{Problem, UrdfError};
 use crate::BodyId;
+use crate::xml::{Reader, XmlProblem};
 use glam::DVec3;
 use roxmltree::Node;
 use vertebra_spatial::Pose;
@@ -101,7 +101,9 @@ pub(super) fn read<'a>(
             return Ok(None);
         }
         let child = "box>, <cylinder>, <sphere> or <mesh";
-        return Err(reader.error(geometry, Problem::MissingElement { child }));
+        return Err(reader
+            .error(geometry, XmlProblem::MissingElement { child })
+            .into());
     };
     Ok(Some(Part {
         role,
@@ -113,7 +115,8 @@ pub(super) fn read<'a>(
 fn read_shape<'a>(reader: &Reader<'a>, node: Node<'_, 'a>) -> Result<Shape, UrdfError> {
     let size = |attribute: &'static str, value: f64| {
         if value < 0.0 {
-            return Err(reader.error(node, Problem::NegativeSize { attribute, value }));
+            let problem = Problem::NegativeSize { attribute, value };
+            return Err(UrdfError::at(reader.location(node), problem));
         }
         Ok(value)
     };
@@ -122,7 +125,7 @@ fn read_shape<'a>(reader: &Reader<'a>, node: Node<'_, 'a>) -> Result<Shape, Urdf
         "box" => {
             let edges = reader.optional_vector(node, "size")?;
             let edges = edges.ok_or_else(|| {
-                reader.error(node, Problem::MissingAttribute { attribute: "size" })
+                reader.error(node, XmlProblem::MissingAttribute { attribute: "size" })
             })?;
             size("size", edges.min_element())?;
             Shape::Box { size: edges }

@@ -1,7 +1,7 @@
 //! Joints: what they connect and how it may move.
 
-use super::xml::Reader;
 use super::{Problem, UrdfError};
+use crate::xml::Reader;
 use crate::{JointKind, JointLimits};
 use glam::DVec3;
 use roxmltree::Node;
@@ -40,7 +40,7 @@ impl<'n> Joint<'n> {
         let [parent, child, origin, axis, limit, dynamics, mimic] = reader.only(node, names)?;
         let axis_of = |reader: &Reader<'a>| {
             let stated = axis.map(|axis| reader.optional_vector(axis, "xyz"));
-            Ok(stated.transpose()?.flatten().unwrap_or(DVec3::X))
+            Ok::<_, UrdfError>(stated.transpose()?.flatten().unwrap_or(DVec3::X))
         };
         let mut joint = Self {
             name,
@@ -56,7 +56,8 @@ impl<'n> Joint<'n> {
                 "floating" => JointKind::Free,
                 _ => {
                     let kind = kind.to_owned();
-                    return Err(reader.error(node, Problem::UnsupportedJoint { kind }));
+                    let problem = Problem::UnsupportedJoint { kind };
+                    return Err(UrdfError::at(reader.location(node), problem));
                 }
             },
             parent: reader.text(reader.needed(node, "parent", parent)?, "link")?,

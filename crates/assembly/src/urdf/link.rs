@@ -1,8 +1,8 @@
 //! Links: mass and geometry.
 
 use super::geometry::{self, Part};
-use super::xml::Reader;
 use super::{Problem, Role, UrdfError};
+use crate::xml::Reader;
 use crate::{InertiaViolation, MassProperties, validate};
 use glam::{DMat3, DVec3};
 use roxmltree::Node;
@@ -68,6 +68,6 @@ fn read_inertial<'a>(
     .placed(&origin);
     // Checked here, before folding can hide what is wrong.
     validate::check_mass_numbers(link, &properties)
-        .map_err(|error| reader.error(node, Problem::Model(error)))?;
+        .map_err(|error| UrdfError::at(reader.location(node), Problem::Model(error)))?;
     Ok(properties)
 }

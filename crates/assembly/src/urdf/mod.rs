@@ -9,6 +9,8 @@
 //! [`Options`] changes both. A link without `<inertial>` has no mass. Roll, pitch and yaw turn
 //! about fixed axes, in this order.
 //!
+//! [`write()`] makes a URDF file of a model, from which [`parse`] gives the model back to the last bit.
+//!
 //! Limits, damping, friction and mimics are kept in the model's joints, which lists them in
 //! [`Model::not_simulated`].
 //!
@@ -47,11 +49,13 @@ mod link;
 mod mesh_path;
 mod robot;
 mod tree;
-mod xml;
+mod write;
 
-pub use error::{Location, Problem, UrdfError};
+pub use crate::{Ignored, Location};
+pub use error::{Problem, UrdfError};
 pub use geometry::{Geometry, Mesh, Role, Shape};
-pub use robot::{DoubtfulInertia, Ignored, Robot, parse, read};
+pub use robot::{DoubtfulInertia, Robot, parse, read};
+pub use write::{WriteError, write};
 
 use crate::{Model, description::STANDARD_GRAVITY};
 use glam::DVec3;

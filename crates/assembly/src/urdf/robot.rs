@@ -5,11 +5,11 @@ use super::joint::Joint;
 use super::link::Link;
 use super::mesh_path::MeshFinder;
 use super::tree::Tree;
-use super::xml::Reader;
-use super::{Geometry, Location, Mesh, Options, Problem, UrdfError};
-use crate::{BodyId, InertiaViolation, Model};
+use super::{Geometry, Mesh, Options, Problem, UrdfError};
+use crate::xml::{self, Reader};
+use crate::{BodyId, Ignored, InertiaViolation, Location, Model};
 use core::fmt;
-use roxmltree::Document;
+use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -29,28 +29,6 @@ pub struct Robot {
     pub doubtful: Vec<DoubtfulInertia>,
     meshes: MeshFinder,
     file: Option<PathBuf>,
-}
-
-/// An element of a URDF file that has no effect on the model.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Ignored {
-    /// Name of the element, such as `transmission`.
-    pub element: String,
-    /// What it stands in, such as ``joint `elbow` ``.
-    pub owner: String,
-    /// Its line, from 1.
-    pub line: u32,
-}
-
-impl fmt::Display for Ignored {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            element,
-            owner,
-            line,
-        } = self;
-        write!(f, "line {line}: <{element}> of {owner} has no effect")
-    }
 }
 
 /// A link whose own inertia is impossible.
@@ -126,8 +104,8 @@ pub fn read(path: impl AsRef<Path>, options: &Options) -> Result<Robot, UrdfErro
 /// # Errors
 /// [`UrdfError`], naming the line and element that is wrong and what to do.
 pub fn parse(text: &str, options: &Options) -> Result<Robot, UrdfError> {
-    let document = Document::parse(text).map_err(refuse_xml)?;
-    let mut reader = Reader::new(&document)?;
+    let document = xml::document(text)?;
+    let mut reader = Reader::new(&document, &["link", "joint", "robot"]);
     let file = read_elements(&mut reader, &document)?;
 
     let mut ignored = reader.into_ignored();
@@ -180,6 +158,7 @@ fn read_elements<'n>(
     document: &'n Document<'n>,
 ) -> Result<File<'n>, UrdfError> {
     let root = document.root_element();
+    check_root(reader, root)?;
     let name = reader.text(root, "name")?;
     let mut links = Vec::new();
     let mut joints = Vec::new();
@@ -191,7 +170,7 @@ fn read_elements<'n>(
         }
     }
     if links.is_empty() {
-        return Err(reader.error(root, Problem::NoLinks));
+        return Err(UrdfError::at(reader.location(root), Problem::NoLinks));
     }
     let robot = Location {
         file: None,
@@ -208,33 +187,16 @@ fn read_elements<'n>(
     })
 }
 
-fn refuse_xml(error: roxmltree::Error) -> UrdfError {
-    let problem = match &error {
-        roxmltree::Error::DtdDetected => Problem::DocumentType,
-        // A file whose macros were never expanded need not declare their prefix.
-        roxmltree::Error::UnknownNamespace(prefix, _) if prefix == "xacro" => Problem::Unexpanded {
-            found: "<xacro:...>".to_owned(),
-        },
-        _ => Problem::NotXml {
-            reason: error.to_string(),
-        },
+fn check_root(reader: &Reader<'_>, root: Node<'_, '_>) -> Result<(), UrdfError> {
+    let looks_like = match root.tag_name().name() {
+        "robot" => return Ok(()),
+        "sdf" | "gazebo" => Some("SDF"),
+        "mujoco" | "mujocoinclude" => Some("MuJoCo's MJCF"),
+        "COLLADA" => Some("a COLLADA mesh"),
+        "launch" => Some("a ROS launch file"),
+        "package" => Some("a ROS package manifest"),
+        _ => None,
     };
-    // The parser says line 1 of what concerns the whole text.
-    let line = match error {
-        roxmltree::Error::DtdDetected
-        | roxmltree::Error::NoRootNode
-        | roxmltree::Error::UnclosedRootNode
-        | roxmltree::Error::NodesLimitReached
-        | roxmltree::Error::AttributesLimitReached
-        | roxmltree::Error::NamespacesLimitReached => None,
-        _ => Some(error.pos().row),
-    };
-    UrdfError {
-        location: Location {
-            file: None,
-            line,
-            element: "the text".to_owned(),
-        },
-        problem,
-    }
+    let problem = Problem::NotRobot { looks_like };
+    Err(UrdfError::at(reader.location(root), problem))
 }

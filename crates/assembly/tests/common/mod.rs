@@ -20,6 +20,10 @@ pub(crate) fn body_placements(model: &Model, q: &[f64]) -> Vec<DAffine3> {
             JointKind::Fixed => DAffine3::IDENTITY,
             JointKind::Revolute { axis } => DAffine3::from_axis_angle(axis, q[0]),
             JointKind::Prismatic { axis } => DAffine3::from_translation(axis * q[0]),
+            JointKind::Screw { axis, pitch } => DAffine3::from_rotation_translation(
+                DQuat::from_axis_angle(axis, q[0]),
+                axis * (pitch * q[0]),
+            ),
             JointKind::Spherical => DAffine3::from_quat(DQuat::from_slice(q)),
             JointKind::Free => DAffine3::from_rotation_translation(
                 DQuat::from_slice(&q[3..]),
@@ -121,8 +125,9 @@ impl Digest {
             JointKind::Prismatic { .. } => 2,
             JointKind::Spherical => 3,
             JointKind::Free => 4,
+            JointKind::Screw { .. } => 5,
         }]);
-        if let JointKind::Revolute { axis } | JointKind::Prismatic { axis } = joint.kind {
+        if let Some(axis) = joint.kind.axis() {
             self.numbers(&axis.to_array());
         }
         self.pose(&joint.parent_placement);

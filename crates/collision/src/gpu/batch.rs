@@ -1,6 +1,7 @@
 //! Questions asked together: about two meshes in one or many poses, about one mesh, about many bodies.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use glam::{DQuat, DVec3};
 use vertebra_gpu::Timing;
@@ -16,8 +17,12 @@ use crate::classify::classify;
 use crate::culling::Culling;
 use crate::curves::{Builder, Corners, Curves};
 use crate::error::QueryError;
+use crate::parallel;
 use crate::query::ClassifiedPair;
 use crate::transform::RelativePose;
+
+/// Undecided pairs from which on several threads settle them: for fewer, waking threads takes longer.
+const MANY: usize = 512;
 
 /// Questions about the meshes of a search, each with its pose.
 #[derive(Debug)]
@@ -40,7 +45,7 @@ impl<'a> Batch<'a> {
     ) -> Self {
         Self {
             search,
-            way: way(culling, &jobs),
+            way: way(culling, &jobs, search.a.top().min(search.b.top())),
             itself: jobs.iter().any(|job| job.itself != 0),
             poses,
             jobs,
@@ -60,9 +65,8 @@ impl<'a> Batch<'a> {
             for (answer, word) in answers[part.first_job..].iter_mut().zip(&part.words) {
                 *answer |= *word != 0;
             }
-            for record in &part.records {
-                let job = part.first_job + record.job;
-                answers[job] = answers[job] || self.settles(&part, record)?;
+            for record in self.settled(&part)? {
+                answers[part.first_job + record.job] = true;
             }
         }
         Ok(answers)
@@ -75,9 +79,8 @@ impl<'a> Batch<'a> {
             for (answer, word) in answers[part.first_job..].iter_mut().zip(&part.words) {
                 *answer += u64::from(*word);
             }
-            for record in &part.records {
-                let job = part.first_job + record.job;
-                answers[job] += u64::from(self.settles(&part, record)?);
+            for record in self.settled(&part)? {
+                answers[part.first_job + record.job] += 1;
             }
         }
         Ok(answers)
@@ -99,10 +102,7 @@ impl<'a> Batch<'a> {
                     *set |= part.words[first + i / 32] >> (i % 32) & 1 == 1;
                 }
             }
-            for record in &part.records {
-                if !self.settles(&part, record)? {
-                    continue;
-                }
+            for record in self.settled(&part)? {
                 for (mask, triangle) in masks.iter_mut().zip(record.pair) {
                     mask[triangle as usize] = true;
                 }
@@ -164,11 +164,9 @@ impl<'a> Batch<'a> {
         })?;
         let mut meeting = Vec::new();
         for part in &parts {
-            for record in &part.records {
-                if self.settles(part, record)? {
-                    let turned = self.ordered(record.pair) != record.pair;
-                    meeting.push(if turned { record.turned() } else { *record });
-                }
+            for record in self.settled(part)? {
+                let turned = self.ordered(record.pair) != record.pair;
+                meeting.push(if turned { record.turned() } else { *record });
             }
         }
         meeting.sort_unstable_by_key(|record| record.pair);
@@ -186,6 +184,11 @@ impl<'a> Batch<'a> {
         let ask = self.plain(Kind::Pairs, [0, 0]);
         let parts = self.search.ask(ask, (0, timing), &self.jobs)?;
         let times = parts.iter().map(|part| part.gpu_time);
+        let start = (!cfg!(target_arch = "wasm32")).then(Instant::now);
+        for part in &parts {
+            self.settled(part)?.for_each(drop);
+        }
+        let settle_time = start.map(|start| start.elapsed().as_secs_f64());
         Ok(Statistics {
             block_pairs: parts.iter().map(|part| part.block_pairs).sum(),
             hits: self
@@ -193,9 +196,14 @@ impl<'a> Batch<'a> {
                 .iter()
                 .map(|list| list.len() as u64)
                 .sum(),
-            undecided: parts.iter().map(|part| part.records.len() as u64).sum(),
-            tree: self.way == Way::Tree,
+            undecided: parts.iter().map(|part| part.undecided).sum(),
+            on_host: parts.iter().map(|part| part.records.len() as u64).sum(),
+            levels: match self.way {
+                Way::Blocks { level } => level,
+                Way::Moller(_) => 0,
+            },
             gpu_time: times.sum(),
+            settle_time,
         })
     }
 
@@ -218,31 +226,33 @@ impl<'a> Batch<'a> {
             for (bits, word) in bits.iter_mut().zip(&part.words) {
                 *bits |= word;
             }
-            for record in &part.records {
-                if self.settles(&part, record)? {
-                    settled.push(record.pair);
-                }
-            }
+            settled.extend(self.settled(&part)?.map(|record| record.pair));
         }
         Ok((bits, settled))
     }
 
     /// The pairs found, and those of the undecided that meet, sorted.
     fn sorted(&self, parts: &[Found]) -> Result<Vec<Vec<[u32; 2]>>, Error> {
+        let key = |&[a, b]: &[u32; 2]| u64::from(a) << 32 | u64::from(b);
         let mut lists = vec![Vec::new(); self.jobs.len()];
+        let mut settled = lists.clone();
         for part in parts {
             for words in part.words.chunks_exact(3) {
                 lists[part.first_job + words[2] as usize].push(self.ordered([words[0], words[1]]));
             }
-            for record in &part.records {
-                if self.settles(part, record)? {
-                    let job = part.first_job + record.job;
-                    lists[job].push(self.ordered(record.pair));
-                }
+            for record in self.settled(part)? {
+                settled[part.first_job + record.job].push(self.ordered(record.pair));
             }
         }
-        for list in &mut lists {
-            list.sort_unstable_by_key(|&[a, b]| u64::from(a) << 32 | u64::from(b));
+        for (list, mut settled) in lists.iter_mut().zip(settled) {
+            settled.sort_unstable_by_key(key);
+            list.extend(settled);
+            if parts.iter().any(|part| part.sorted) {
+                // The stable sort merges what is in order.
+                list.sort_by_key(key);
+            } else {
+                list.sort_unstable_by_key(key);
+            }
         }
         Ok(lists)
     }
@@ -254,6 +264,25 @@ impl<'a> Batch<'a> {
         } else {
             [a, b]
         }
+    }
+
+    /// Those of the undecided pairs of a part that count: many are shared out among the threads of the pool.
+    fn settled<'p>(
+        &self,
+        part: &'p Found,
+    ) -> Result<impl Iterator<Item = &'p Record> + use<'p>, Error> {
+        let records = &part.records;
+        let threads = if records.len() > MANY {
+            parallel::available(0)
+        } else {
+            1
+        };
+        let settles = |i: usize| self.settles(part, &records[i]);
+        let settled: Vec<bool> = parallel::map(threads, records.len(), settles)
+            .into_iter()
+            .collect::<Result<_, _>>()?;
+        let records = records.iter().zip(settled);
+        Ok(records.filter_map(|(record, counts)| counts.then_some(record)))
     }
 
     /// Whether an undecided pair counts.

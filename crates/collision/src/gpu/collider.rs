@@ -6,7 +6,7 @@ use glam::Vec3;
 use vertebra_gpu::{Buffer, Device, Pending, Program, Recording, Slot, workgroups};
 use vertebra_shaders::Sort;
 use vertebra_shaders::collision::{
-    ARRANGE, FIT, FIT_LEAVES, FIT_NODES, LEVELS, Levels, MORTON, MORTON_BITS, Mesh, NONE, Tree,
+    ARRANGE, FIT, FIT_LEAVES, FIT_NODES, HILBERT, HILBERT_BITS, LEVELS, Levels, Mesh, NONE, Tree,
     WIDTH,
 };
 
@@ -17,8 +17,8 @@ use crate::mesh::TriangleMesh;
 
 /// A mesh on a device, with its tree.
 ///
-/// The tree is made on the device: triangles in the order of their Morton codes, eight in a row a block, eight blocks in
-/// a row a node above, and so on.
+/// The tree is made on the device: triangles along a Hilbert curve, eight in a row a block, eight blocks in a row a
+/// node above, and so on.
 ///
 /// Queries share it in any poses, and see its vertices where they are when they are asked. Vertices may be moved from
 /// the host ([`set_vertices`](Self::set_vertices)), or by a kernel of the caller's on the device, which writes
@@ -221,8 +221,8 @@ impl Resident {
             keys.any(),
             order.any(),
         ];
-        recording.dispatch(&MORTON, &buffers, groups);
-        Sort::on(&self.device).record(&mut recording, keys, order, MORTON_BITS);
+        recording.dispatch(&HILBERT, &buffers, groups);
+        Sort::on(&self.device).record(&mut recording, keys, order, HILBERT_BITS);
         let buffers = [mesh.any(), given.any(), order.any(), leaves.any()];
         recording.dispatch(&ARRANGE, &buffers, groups);
         let shared = [
@@ -250,6 +250,16 @@ impl Resident {
     /// Number of blocks.
     pub(super) fn blocks(&self) -> u32 {
         self.levels.first().copied().unwrap_or(0)
+    }
+
+    /// The number of levels above the blocks.
+    pub(super) fn top(&self) -> u32 {
+        count(self.levels.len()).saturating_sub(1)
+    }
+
+    /// Where the nodes of a level begin among all.
+    pub(super) fn level_at(&self, level: u32) -> u32 {
+        self.levels.iter().take(level as usize).sum()
     }
 
     /// Says whether the last refit found a coordinate that is not finite. Does not wait if asked after a later run.

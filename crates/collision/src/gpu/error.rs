@@ -32,6 +32,11 @@ pub enum Error {
         /// What it allows \[byte].
         available: u64,
     },
+    /// A device was asked for.
+    #[error(
+        "a GPU was asked for and no device given: open one with `Device::auto`, or leave the choice open"
+    )]
+    NoDevice,
     /// The two meshes are on different devices.
     #[error("the two meshes are on different devices: prepare both on one")]
     OtherDevice,

@@ -45,6 +45,7 @@ pub struct Links {
     /// First block and number of blocks of each body.
     bodies: Vec<[u32; 2]>,
     ignored: BTreeSet<[usize; 2]>,
+    culling: Culling,
 }
 
 impl Links {
@@ -85,7 +86,14 @@ impl Links {
             search: Search::of(&resident, &resident),
             bodies: places,
             ignored: BTreeSet::new(),
+            culling: Culling::default(),
         })
+    }
+
+    /// Chooses how pairs are culled: blocks all against all, or down the trees.
+    pub fn culling(mut self, culling: Culling) -> Self {
+        self.culling = culling;
+        self
     }
 
     /// Leaves out the pair of two bodies.
@@ -143,8 +151,7 @@ impl Links {
             }
         }
         Ok(AtConfigurations {
-            // There is no one tree of all.
-            batch: Batch::new(&self.search, relative, jobs, Culling::AllPairs),
+            batch: Batch::new(&self.search, relative, jobs, self.culling),
             pairs: pairs.len(),
             configurations: configurations.len(),
         })
@@ -186,6 +193,7 @@ impl Links {
             jobs: jobs.collect(),
             pairs: pairs.len(),
             configurations,
+            culling: self.culling,
         })
     }
 }
@@ -198,6 +206,7 @@ pub struct Following {
     jobs: Vec<Job>,
     pairs: usize,
     configurations: usize,
+    culling: Culling,
 }
 
 impl Following {
@@ -205,7 +214,7 @@ impl Following {
     pub fn now(&self) -> AtConfigurations<'_> {
         let jobs = self.jobs.clone();
         AtConfigurations {
-            batch: Batch::new(&self.search, Vec::new(), jobs, Culling::AllPairs),
+            batch: Batch::new(&self.search, Vec::new(), jobs, self.culling),
             pairs: self.pairs,
             configurations: self.configurations,
         }

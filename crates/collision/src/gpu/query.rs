@@ -34,12 +34,16 @@ pub struct Statistics {
     pub block_pairs: u64,
     /// Pairs of triangles that meet.
     pub hits: u64,
-    /// Pairs of triangles that were left to the host.
+    /// Pairs of triangles that single precision left undecided.
     pub undecided: u64,
-    /// Whether the tree was descended.
-    pub tree: bool,
+    /// Those of them that the host decided; of many, integers on the device settle most.
+    pub on_host: u64,
+    /// Levels of the trees that were descended; 0 if all blocks were held against all.
+    pub levels: u32,
     /// Time on the device \[s], if it takes times.
     pub gpu_time: Option<f64>,
+    /// Time in which the host decided its pairs \[s]; none where there is no clock.
+    pub settle_time: Option<f64>,
 }
 
 impl Query {
@@ -77,8 +81,12 @@ impl Query {
 
     /// Places mesh B as this relative pose says.
     pub fn relative(mut self, pose: RelativePose) -> Self {
-        self.pose = pose;
+        self.set_relative(pose);
         self
+    }
+
+    pub(super) fn set_relative(&mut self, pose: RelativePose) {
+        self.pose = pose;
     }
 
     /// Chooses the test. Möller's poses vertices in `f32`, where the CPU does in `f64`, and its answers are the device's:

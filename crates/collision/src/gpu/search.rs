@@ -3,24 +3,17 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use vertebra_gpu::{Buffer, Device, Program, Recording, Shared, Slot, Timing, workgroups};
-use vertebra_shaders::collision::{
-    Answer, BLOCK_PAIRS, Bodies, Job, MOLLER_TILE, PAIRS_A_ROUND, PLACE_BODIES, Places, RECORD,
-    Sizes, TILE, TREE_PAIRS, Tolerance, WIDTH, moller, narrow,
-};
+use vertebra_gpu::{Buffer, Output, Timing};
+use vertebra_shaders::collision::{Answer, COUNTERS, Job, RECORD, Sizes};
 
-use super::collider::Resident;
+use super::collider::{Resident, count};
 use super::error::Error;
+use super::ready::Ready;
+use super::room::{Counts, ENTRY, Room};
 use super::settle::Record;
 
-/// Workgroups of the narrow phase; each takes its share of the queue.
-const NARROW_GROUPS: u32 = 2048;
-
-/// Words of an entry of the queue, and of a hit.
-const ENTRY: usize = 3;
-
-/// Pairs of blocks that one run may look at, all against all.
-const MOST_BLOCK_PAIRS: u64 = 1 << 31;
+/// Pairs of nodes that one run may look at, all against all: their counters are words.
+const MOST_NODE_PAIRS: u64 = 1 << 31;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -41,10 +34,11 @@ pub(super) struct Ask {
 /// How pairs are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Way {
-    /// Blocks all against all.
-    AllPairs,
-    /// Down the tree of A.
-    Tree,
+    /// The nodes of a level all against all, then down both trees; level 0 is the blocks.
+    Blocks {
+        /// The level that is begun with.
+        level: u32,
+    },
     /// Triangles all against all, by the test of Möller with a tolerance of these bits.
     Moller(u32),
 }
@@ -60,36 +54,13 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    fn answer(self) -> Answer {
+    pub(super) fn answer(self) -> Answer {
         match self {
             Self::Any => Answer::Any,
             Self::Count => Answer::Count,
             Self::Mask => Answer::Mask,
             Self::Pairs => Answer::Pairs,
             Self::Matrix => Answer::Matrix,
-        }
-    }
-}
-
-/// Room for a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Room {
-    jobs: u32,
-    groups: u32,
-    queue: u32,
-    hits: u32,
-    undecided: u32,
-}
-
-impl Room {
-    /// What holds both.
-    fn union(self, other: Self) -> Self {
-        Self {
-            jobs: self.jobs.max(other.jobs),
-            groups: self.groups.max(other.groups),
-            queue: self.queue.max(other.queue),
-            hits: self.hits.max(other.hits),
-            undecided: self.undecided.max(other.undecided),
         }
     }
 }
@@ -101,8 +72,12 @@ pub(super) struct Found {
     pub(super) first_job: usize,
     /// The answer: a word a job, or bits, or three words a pair with the job from the first.
     pub(super) words: Vec<u32>,
-    /// Undecided pairs, with the job from the first.
+    /// Whether a list is in lexicographic order.
+    pub(super) sorted: bool,
+    /// Pairs that are left to the host, with the job from the first.
     pub(super) records: Vec<Record>,
+    /// Pairs that single precision left undecided.
+    pub(super) undecided: u64,
     /// Pairs of blocks whose boxes overlap.
     pub(super) block_pairs: u64,
     /// The poses of bodies, where they came from a buffer.
@@ -117,52 +92,8 @@ pub(super) struct Search {
     pub(super) a: Arc<Resident>,
     pub(super) b: Arc<Resident>,
     /// Where bodies stand, if that comes from a buffer.
-    poses: Option<Buffer<f32>>,
+    pub(super) poses: Option<Buffer<f32>>,
     ready: Mutex<HashMap<Ask, Ready>>,
-}
-
-/// A program and its slots.
-#[derive(Debug)]
-struct Ready {
-    program: Program,
-    room: Room,
-    timing: Timing,
-    sizes: Slot<Sizes>,
-    places: Slot<Places>,
-    jobs: Slot<Job>,
-    counts: Slot<u32>,
-    found: Slot<u32>,
-    poses: Option<Slot<f32>>,
-    /// What was last written to the slots.
-    written: (Vec<Job>, Sizes, Places),
-    /// Words of the answer in `found`; undecided pairs follow.
-    answer_words: usize,
-}
-
-/// The buffers of a mesh in a recording.
-#[derive(Clone, Copy)]
-struct Slots {
-    vertices: Slot<f32>,
-    leaves: Slot<[u32; 4]>,
-    boxes: Slot<[f32; 4]>,
-}
-
-impl Slots {
-    fn of(recording: &mut Recording, name: &str, mesh: &Resident) -> Self {
-        recording.scope(name, |recording| Self {
-            vertices: recording.shared("vertices", mesh.vertices.len()),
-            leaves: recording.shared("leaves", mesh.leaves.len()),
-            boxes: recording.shared("boxes", mesh.boxes.len()),
-        })
-    }
-
-    fn are(&self, mesh: &Resident) -> [Shared; 3] {
-        [
-            self.vertices.is(&mesh.vertices),
-            self.leaves.is(&mesh.leaves),
-            self.boxes.is(&mesh.boxes),
-        ]
-    }
 }
 
 impl Search {
@@ -206,8 +137,7 @@ impl Search {
         // Parts still to be asked about, the next last.
         let mut left = vec![(0, jobs.to_vec())];
         while let Some((first_job, jobs)) = left.pop() {
-            // Counters are words.
-            if pairs_of_blocks(&jobs) > MOST_BLOCK_PAIRS && ask.way != Way::Tree {
+            if ask.way.node_pairs(&jobs) > MOST_NODE_PAIRS {
                 left.extend(halves(first_job, &jobs));
                 continue;
             }
@@ -229,300 +159,113 @@ impl Search {
         (row, timing): (u32, Timing),
         jobs: &[Job],
     ) -> Result<Option<Found>, Error> {
-        let (jobs, groups) = numbered(jobs, ask.way);
-        let mut room = Room {
-            jobs: count(jobs.len()),
-            groups,
-            queue: self.first_queue(),
-            hits: 2048,
-            undecided: 256,
-        };
-        let most = self.most();
+        let (jobs, sizes) = self.numbered(jobs, ask.way);
+        let most = Room::most(&self.a.device.limits());
+        let meshes = [self.a.as_ref(), self.b.as_ref()];
+        let mut room = Room::guess(sizes.jobs, sizes.groups, meshes, &most);
         loop {
             let current = ready.get(&ask).map(|ready| ready.room);
             let wanted = current.map_or(room, |current| current.union(room));
             if current != Some(wanted) {
                 // The old buffers are given back first.
                 ready.remove(&ask);
-                ready.insert(ask, self.prepare(ask, wanted)?);
+                ready.insert(ask, Ready::new(self, ask, wanted)?);
             }
             let Some(prepared) = ready.get_mut(&ask) else {
                 return Ok(None);
             };
-            if prepared.timing != timing {
-                prepared.program.take_times(timing)?;
-                prepared.timing = timing;
-            }
-            let output = self.run(prepared, ask, row, &jobs, groups)?;
-            let counts: Vec<u32> = output.read(prepared.counts)?;
-            let [queued, hits, undecided, ..] = counts[..] else {
+            let output = prepared.run(ask, (row, timing), (&jobs, sizes))?;
+            let words: Vec<u32> = output.read(prepared.found)?;
+            let Some(counts) = Counts::of(&words) else {
                 return Ok(None);
             };
-            let wanted = prepared.room;
             let lists = ask.answer == Kind::Pairs;
-            let fits = queued <= wanted.queue
-                && undecided <= wanted.undecided
-                && (!lists || hits <= wanted.hits);
-            if fits {
-                let mut words: Vec<u32> = output.read(prepared.found)?;
-                let records = &words[prepared.answer_words..][..RECORD * undecided as usize];
-                let records = Record::list(records).collect();
-                let poses = prepared.poses.map(|poses| output.read(poses));
-                let poses = poses.transpose()?.unwrap_or_default();
+            if wanted.holds(&counts, lists) {
                 let used = if lists {
-                    ENTRY * hits as usize
+                    ENTRY * counts.hits as usize
                 } else {
-                    prepared.answer_words
+                    words.len() - COUNTERS
                 };
-                words.truncate(used);
-                return Ok(Some(Found {
-                    first_job: 0,
-                    words,
-                    records,
-                    block_pairs: queued.into(),
-                    poses,
-                    gpu_time: output.gpu_time(),
-                }));
+                let answer = words[COUNTERS..][..used].to_vec();
+                return Ok(Some(Found::read(prepared, &output, &counts, answer)?));
             }
-            // More than what was counted may come once the queue is long enough.
-            let grown = |needed: u32, have: u32| match needed {
-                _ if needed <= have => have,
-                _ => needed.max(have.saturating_mul(2)),
-            };
-            room = Room {
-                queue: grown(queued, wanted.queue),
-                hits: if lists {
-                    grown(hits, wanted.hits)
-                } else {
-                    wanted.hits
-                },
-                undecided: grown(undecided, wanted.undecided),
-                ..wanted
-            };
-            let too_long = queued > most.queue || undecided > most.undecided;
-            if too_long || (lists && hits > most.hits) {
+            if !most.holds(&counts, lists) {
                 return Ok(None);
             }
-            room.queue = room.queue.min(most.queue);
-            room.hits = room.hits.min(most.hits);
-            room.undecided = room.undecided.min(most.undecided);
+            room = wanted.grown(&counts, lists, &most);
         }
     }
 
-    fn run(
-        &self,
-        ready: &mut Ready,
-        ask: Ask,
-        row: u32,
-        jobs: &[Job],
-        groups: u32,
-    ) -> Result<vertebra_gpu::Output, Error> {
-        let Room {
-            queue,
-            hits,
-            undecided,
-            jobs: room,
-            ..
-        } = ready.room;
-        let mut padded = jobs.to_vec();
-        padded.resize(room as usize, Job::default());
+    /// The jobs with the workgroups they begin at, and how many there are of both.
+    fn numbered(&self, jobs: &[Job], way: Way) -> (Vec<Job>, Sizes) {
+        let mut groups = 0_u32;
+        let number = |job: &Job| {
+            let first_group = groups;
+            groups = groups.saturating_add(way.groups(job));
+            Job {
+                first_group,
+                ..*job
+            }
+        };
+        let jobs: Vec<_> = jobs.iter().map(number).collect();
+        let level = match way {
+            Way::Blocks { level } => level,
+            Way::Moller(_) => 0,
+        };
         let sizes = Sizes {
             jobs: count(jobs.len()),
             groups,
-            queue,
+            level,
+            a_at: self.a.level_at(level),
+            b_at: self.b.level_at(level),
+            ..Sizes::default()
         };
-        let places = Places {
-            queue,
-            hits,
-            undecided,
-            undecided_at: count(ready.answer_words),
-            answer: ask.words[0],
-            answer_a: ask.words[1],
-            row,
-            rows: ask.rows,
-        };
-        // What the device has from the last run is not written again.
-        let written = (padded, sizes, places);
-        // (Rows that come from a buffer are no matter.)
-        if ready.written.0 != written.0 {
-            ready.program.write(ready.jobs, &written.0)?;
-        }
-        if ready.written.1 != written.1 {
-            ready.program.write(ready.sizes, &[written.1])?;
-        }
-        if ready.written.2 != written.2 {
-            ready.program.write(ready.places, &[written.2])?;
-        }
-        ready.written = written;
-        Ok(ready.program.run()?.wait()?)
+        (jobs, sizes)
     }
+}
 
-    fn prepare(&self, ask: Ask, room: Room) -> Result<Ready, Error> {
-        let (a, b) = (&self.a, &self.b);
-        let mut recording = Recording::new("collision");
-        let sizes = recording.buffer("sizes", 1);
-        let places = recording.buffer("places", 1);
-        let jobs = recording.buffer("jobs", room.jobs as usize);
-        let queue = recording.buffer::<u32>("queue", ENTRY * room.queue as usize);
-        let counts = recording.buffer::<u32>("counts", 4);
-        let answer_words = match ask.answer {
-            Kind::Pairs => ENTRY * room.hits as usize,
-            Kind::Matrix => ask.words[0] as usize * ask.rows as usize,
-            Kind::Any | Kind::Count | Kind::Mask => ask.words[0] as usize * room.jobs as usize,
-        };
-        let found_words = answer_words + RECORD * room.undecided as usize;
-        let found = recording.buffer::<u32>("found", found_words);
-        // A buffer has one slot: of a mesh and itself both are one.
-        let slots_a = Slots::of(&mut recording, "a", a);
-        let slots_b = if Arc::ptr_eq(a, b) {
-            slots_a
+impl Found {
+    /// What a run found that had room for everything, of which the answer is read.
+    fn read(
+        ready: &Ready,
+        output: &Output,
+        counts: &Counts,
+        words: Vec<u32>,
+    ) -> Result<Self, vertebra_gpu::Error> {
+        let left = if ready.settles {
+            counts.left
         } else {
-            Slots::of(&mut recording, "b", b)
+            counts.undecided
         };
-        recording.clear(counts);
-        if ask.answer != Kind::Pairs {
-            recording.clear(found);
-        }
-        let meshes = [
-            slots_a.vertices.any(),
-            slots_a.leaves.any(),
-            slots_b.vertices.any(),
-            slots_b.leaves.any(),
-        ];
-        let poses = self.poses.as_ref().map(|poses| {
-            let slot = recording.shared::<f32>("poses", poses.len());
-            let bodies = recording.buffer_from("bodies", &[Bodies { jobs: room.jobs }]);
-            let buffers = [bodies.any(), slot.any(), jobs.any()];
-            recording.dispatch(&PLACE_BODIES, &buffers, workgroups(room.jobs, 64));
-            (slot, slot.is(poses))
-        });
-        let groups = workgroups(room.groups, 1);
-        if let Way::Moller(epsilon) = ask.way {
-            let epsilon = f32::from_bits(epsilon);
-            let tolerance = recording.buffer_from("tolerance", &[Tolerance { epsilon }]);
-            let mut buffers = vec![sizes.any(), places.any(), tolerance.any(), jobs.any()];
-            buffers.extend(meshes);
-            buffers.extend([counts.any(), found.any()]);
-            recording.dispatch(&moller(ask.answer.answer()), &buffers, groups);
-        } else {
-            let mut buffers = vec![
-                sizes.any(),
-                jobs.any(),
-                slots_a.boxes.any(),
-                slots_b.boxes.any(),
-                queue.any(),
-                counts.any(),
-            ];
-            let kernel = if ask.way == Way::Tree {
-                buffers.push(recording.buffer_from("tree", &[a.tree()]).any());
-                &TREE_PAIRS
-            } else {
-                &BLOCK_PAIRS
-            };
-            recording.dispatch(kernel, &buffers, groups);
-            let kernel = narrow(ask.answer.answer(), ask.itself);
-            let kernel = kernel.constant("LEAVE_HITS", u8::from(ask.leaves_hits));
-            let mut buffers = vec![places.any(), jobs.any(), queue.any()];
-            buffers.extend(meshes);
-            buffers.extend([counts.any(), found.any()]);
-            let rounds = room.queue.div_ceil(PAIRS_A_ROUND);
-            recording.dispatch(&kernel, &buffers, [rounds.clamp(1, NARROW_GROUPS), 1, 1]);
-        }
-        recording.download(counts);
-        recording.download(found);
-        if let Some((slot, _)) = &poses {
-            recording.download(*slot);
-        }
-        let mut shared = slots_a.are(a).to_vec();
-        if !Arc::ptr_eq(a, b) {
-            shared.extend(slots_b.are(b));
-        }
-        let (poses, given) = poses.unzip();
-        shared.extend(given);
-        let program = self.device().prepare_with(&recording, &shared)?;
-        Ok(Ready {
-            program,
-            room,
-            timing: Timing::Off,
-            written: (Vec::new(), Sizes::default(), Places::default()),
-            sizes,
-            places,
-            jobs,
-            counts,
-            found,
-            poses,
-            answer_words,
+        let records: Vec<u32> = output.read(ready.records)?;
+        let records = Record::list(&records[..RECORD * left as usize]).collect();
+        let poses = ready.poses.map(|poses| output.read(poses));
+        Ok(Self {
+            first_job: 0,
+            words,
+            sorted: ready.sorts,
+            records,
+            undecided: counts.undecided.into(),
+            block_pairs: counts.blocks.into(),
+            poses: poses.transpose()?.unwrap_or_default(),
+            gpu_time: output.gpu_time(),
         })
     }
-
-    fn device(&self) -> &Device {
-        &self.a.device
-    }
-
-    /// A guess: of surfaces that cross, each block near the crossing meets a few.
-    fn first_queue(&self) -> u32 {
-        let blocks = self.a.blocks().saturating_add(self.b.blocks());
-        blocks.clamp(1024, self.most().queue.max(1024))
-    }
-
-    /// The longest lists that a kernel can be given.
-    fn most(&self) -> Room {
-        let limits = self.device().limits();
-        let bytes = limits
-            .max_buffer_size
-            .min(limits.max_storage_buffer_binding_size);
-        // Half of it for the answer, and half for undecided pairs.
-        let words = u32::try_from(bytes / 4).unwrap_or(u32::MAX);
-        Room {
-            jobs: u32::MAX,
-            groups: u32::MAX,
-            queue: (words / count(ENTRY)).min(1 << 25),
-            hits: words / 2 / count(ENTRY),
-            undecided: words / 2 / count(RECORD),
-        }
-    }
 }
 
-/// The jobs with the workgroups they begin at, and how many workgroups there are.
-fn numbered(jobs: &[Job], way: Way) -> (Vec<Job>, u32) {
-    let mut groups = 0_u32;
-    let number = |job: &Job| {
-        let first_group = groups;
-        let tiles = |a: u32, b: u32| {
-            job.a_blocks
-                .div_ceil(a)
-                .saturating_mul(job.b_blocks.div_ceil(b))
-        };
-        let tiles = match way {
-            Way::AllPairs => tiles(TILE, TILE),
-            Way::Tree => job.b_blocks.div_ceil(TILE),
-            Way::Moller(_) => {
-                let [a, b] = MOLLER_TILE.map(|triangles| count(triangles / WIDTH));
-                tiles(a, b)
-            }
-        };
-        groups = groups.saturating_add(tiles);
-        Job {
-            first_group,
-            ..*job
-        }
-    };
-    (jobs.iter().map(number).collect(), groups)
-}
-
-/// Two halves, the first last: of the jobs, or of the blocks of B if there is only one.
+/// Two halves, the first last: of the jobs, or of the longer row of blocks if there is only one.
 fn halves(first_job: usize, jobs: &[Job]) -> [(usize, Vec<Job>); 2] {
     if let [job] = jobs {
-        let half = job.b_blocks / 2;
-        let front = Job {
-            b_blocks: half,
-            ..*job
-        };
-        let back = Job {
-            b_first: job.b_first + half,
-            b_blocks: job.b_blocks - half,
-            ..*job
-        };
+        let (mut front, mut back) = (*job, *job);
+        if job.b_blocks >= job.a_blocks {
+            front.b_blocks /= 2;
+            back.b_first += front.b_blocks;
+            back.b_blocks -= front.b_blocks;
+        } else {
+            front.a_blocks /= 2;
+            back.a_first += front.a_blocks;
+            back.a_blocks -= front.a_blocks;
+        }
         return [(first_job, vec![back]), (first_job, vec![front])];
     }
     let (front, back) = jobs.split_at(jobs.len() / 2);
@@ -530,13 +273,4 @@ fn halves(first_job: usize, jobs: &[Job]) -> [(usize, Vec<Job>); 2] {
         (first_job + front.len(), back.to_vec()),
         (first_job, front.to_vec()),
     ]
-}
-
-fn pairs_of_blocks(jobs: &[Job]) -> u64 {
-    let pairs = |job: &Job| u64::from(job.a_blocks) * u64::from(job.b_blocks);
-    jobs.iter().map(pairs).sum()
-}
-
-fn count(len: usize) -> u32 {
-    u32::try_from(len).unwrap_or(u32::MAX)
 }

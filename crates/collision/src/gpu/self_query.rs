@@ -8,6 +8,7 @@ use super::query::Statistics;
 use super::search::Search;
 use crate::culling::Culling;
 use crate::curves::Curves;
+use crate::query::ClassifiedPair;
 use crate::transform::RelativePose;
 
 /// A question about the triangles of one mesh that meet each other where they should not: the verbs and the answers of
@@ -69,6 +70,16 @@ impl SelfQuery {
     /// As for [`any`](Self::any).
     pub fn pairs(&self) -> Result<Vec<[u32; 2]>, Error> {
         Ok(self.batch().pairs()?.pop().unwrap_or_default())
+    }
+
+    /// All pairs of triangles that meet, the lesser index first, in lexicographic order, each with what it meets in: see
+    /// [`crate::SelfQuery::classified`].
+    ///
+    /// # Errors
+    ///
+    /// As for [`any`](Self::any).
+    pub fn classified(&self) -> Result<Vec<ClassifiedPair>, Error> {
+        self.batch().classified()
     }
 
     /// Where the surface meets itself, as polylines.

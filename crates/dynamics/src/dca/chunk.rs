@@ -168,6 +168,8 @@ pub(super) struct Given<'a, T> {
     /// Joint forces in the model's order and the factors to its units; on the way up alone.
     pub(super) tau: &'a [f64],
     pub(super) force_scales: &'a [f64],
+    /// Inertia of the freedoms' own in the order of the slots.
+    pub(super) added: &'a [T],
     /// Of a [correction](super::correct): what it changes of the accelerations before anything
     /// responds. Velocities then have no part in it.
     pub(super) jumps: Option<&'a [Motion<T>]>,
@@ -177,7 +179,8 @@ impl<'a, T: Real> Given<'a, T> {
     fn joint(&self, slot: usize) -> Joint<'a, T> {
         let (plan, places) = (self.plan, self.places);
         let link = &plan.links[slot];
-        let columns = &places.columns[plan.dofs_of(slot)];
+        let dofs = plan.dofs_of(slot);
+        let columns = &places.columns[dofs.clone()];
         let mut tau = [T::ZERO; 6];
         for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
             *tau = T::from_f64(self.tau[link.v + k] / self.force_scales[link.v + k]);
@@ -186,6 +189,8 @@ impl<'a, T: Real> Given<'a, T> {
             kind: link.kind,
             columns,
             tau,
+            added: &self.added[dofs],
+            pitch: link.pitch,
             c: places.bodies[slot].bias_acceleration,
         }
     }
@@ -359,24 +364,29 @@ pub(super) fn solve<T: Real, L: Real>(
         }
         let dofs = plan.dofs_of(slot);
         let columns = &given.places.columns[dofs.clone()];
+        let added = &given.added[dofs.clone()];
         let dofs = dofs.start - first_dof..dofs.end - first_dof;
         let qdd = &mut own.qdd[dofs.clone()];
         match leaf {
             Some((leaf, force)) if slot == last => {
-                // Of the accelerations on both sides of its joint the difference is S qdd.
+                // Of the accelerations on both sides of its joint the difference is S qdd; of a screw's
+                // column alone the square is not 1.
+                let pitch = plan.links[slot].pitch;
+                let square = T::ONE + pitch * pitch;
                 let center = leaf.body.respond(&ends.f2, &force);
                 let mut across = center.shifted(-placed.arm);
                 if given.jumps.is_none() {
                     across += placed.centripetal(-placed.arm);
                 }
                 for (qdd, column) in qdd.iter_mut().zip(columns) {
-                    *qdd = (across - a).dot(along(*column));
+                    *qdd = (across - a).dot(along(*column)) / square;
                 }
                 a = across;
             }
             _ => {
                 // A correction need not be exact.
                 let solutions = if given.jumps.is_some() { 1 } else { 2 };
+                let columns = (columns, added);
                 respond(columns, &own.freedoms[dofs], &tip, solutions, &mut a, qdd);
             }
         }

@@ -2,8 +2,8 @@
 //! the tip wrench as six right-hand sides, so that no light body is ever inverted.
 //!
 //! What has been gathered answers an acceleration a of its inboard handle and a force f2 at the
-//! tip with f1 = IA a + pA - B f2 and a2 = B'a + C f2 + d. Through a joint, with U = IA S, D = S'U,
-//! u = tau - S'pA, s = B'S and the velocity-product acceleration c:
+//! tip with f1 = IA a + pA - B f2 and a2 = B'a + C f2 + d. Through a joint, with U = IA S,
+//! D = S'U + E where the freedom has inertia E of its own, u = tau - S'pA, s = B'S and the velocity-product acceleration c:
 //!
 //! Ia = IA - U D^-1 U',  pa = pA + Ia c + U D^-1 u,  B <- B - U D^-1 s',
 //! C <- C + s D^-1 s',   d <- d + B'c + s D^-1 u,    qdd = D^-1 (u + s'f2 - U'a').
@@ -49,6 +49,10 @@ pub(super) struct Joint<'a, T> {
     pub(super) columns: &'a [Motion<T>],
     /// Joint forces.
     pub(super) tau: [T; 6],
+    /// Inertia E of the freedoms' own.
+    pub(super) added: &'a [T],
+    /// Displacement a radian of a screw.
+    pub(super) pitch: T,
     /// Velocity-product acceleration.
     pub(super) c: Motion<T>,
 }
@@ -152,7 +156,7 @@ impl<T: Real> Interior<T> {
             Kind::Revolute => {
                 let axis = joint.columns[0].angular;
                 let column = Force::new(self.inertia.angular * axis, self.inertia.coupling * axis);
-                let d = axis.dot(column.angular);
+                let d = axis.dot(column.angular) + joint.added[0];
                 let u = joint.tau[0] - axis.dot(self.bias.angular);
                 let tip = self.tip_seen(axis, 0..3);
                 freedoms[0] = pivot(d, floor[0], column, tip, u)?;
@@ -164,10 +168,24 @@ impl<T: Real> Interior<T> {
                     self.inertia.coupling.transpose_mul(axis),
                     self.inertia.linear * axis,
                 );
-                let d = axis.dot(column.linear);
+                let d = axis.dot(column.linear) + joint.added[0];
                 let u = joint.tau[0] - axis.dot(self.bias.linear);
                 let tip = self.tip_seen(axis, 3..6);
                 freedoms[0] = pivot(d, floor[1], column, tip, u)?;
+                self.release(&freedoms[0], joint.c);
+            }
+            Kind::Screw => {
+                let direction = joint.columns[0];
+                let column = self.inertia.mul(direction);
+                let d = direction.dot(column) + joint.added[0];
+                let u = joint.tau[0] - direction.dot(self.bias);
+                let tip = if self.tipped {
+                    self.tip.transpose_mul(&direction.to_array())
+                } else {
+                    [T::ZERO; 6]
+                };
+                let floor = floor[0] + floor[1] * joint.pitch * joint.pitch;
+                freedoms[0] = pivot(d, floor, column, tip, u)?;
                 self.release(&freedoms[0], joint.c);
             }
             Kind::Spherical | Kind::Free => self.release_several(joint, freedoms, floor)?,
@@ -214,8 +232,9 @@ impl<T: Real> Interior<T> {
         self.accelerate(c);
     }
 
-    /// Lets all three turning freedoms go, or all six: what is then left of IA, pA and B is known to
-    /// be zero, but for the forces that drive the joint, and is not left to rounding.
+    /// Lets all three turning freedoms go, or all six: unless they have inertia of their own, what is then
+    /// left of IA, pA and B is known to be zero, but for the forces that drive the joint, and is not left
+    /// to rounding.
     fn release_several(
         &mut self,
         joint: &Joint<'_, T>,
@@ -223,6 +242,7 @@ impl<T: Real> Interior<T> {
         floor: [T; 2],
     ) -> Option<()> {
         let order = joint.columns.len();
+        let held = joint.added.iter().any(|&own| own != T::ZERO);
         let mut d = [[T::ZERO; 6]; 6];
         let mut columns = Mat6::ZERO;
         let mut tips = Mat6::ZERO;
@@ -232,6 +252,7 @@ impl<T: Real> Interior<T> {
             for (l, other) in joint.columns.iter().enumerate().take(k + 1) {
                 d[k][l] = other.dot(u_column);
             }
+            d[k][k] += joint.added[k];
             columns.0[k] = u_column.to_array();
             drives[k] = joint.tau[k] - column.dot(self.bias);
             if self.tipped {
@@ -254,7 +275,11 @@ impl<T: Real> Interior<T> {
                 drive: drives[k],
                 pivot: factor.row(k),
             };
-            self.inertia.linear = self.inertia.linear - Sym3::outer(column.linear, T::ONE);
+            if held {
+                self.inertia.subtract_outer(column, T::ONE);
+            } else {
+                self.inertia.linear = self.inertia.linear - Sym3::outer(column.linear, T::ONE);
+            }
             passed += column * drives[k];
             if self.tipped {
                 self.tip.add_outer(&columns.0[k], &tips.0[k], -T::ONE);
@@ -262,14 +287,16 @@ impl<T: Real> Interior<T> {
                 add_scaled(&mut self.drift, &tips.0[k], drives[k]);
             }
         }
-        self.inertia.angular = Sym3::ZERO;
-        self.inertia.coupling = Mat3::ZERO;
-        passed.angular = driven.angular;
-        self.tip.0[..3].fill([T::ZERO; 6]);
-        if order == 6 {
-            self.inertia.linear = Sym3::ZERO;
-            passed.linear = driven.linear;
-            self.tip = Mat6::ZERO;
+        if !held {
+            self.inertia.angular = Sym3::ZERO;
+            self.inertia.coupling = Mat3::ZERO;
+            passed.angular = driven.angular;
+            self.tip.0[..3].fill([T::ZERO; 6]);
+            if order == 6 {
+                self.inertia.linear = Sym3::ZERO;
+                passed.linear = driven.linear;
+                self.tip = Mat6::ZERO;
+            }
         }
         self.bias = passed;
         self.accelerate(joint.c);
@@ -296,31 +323,33 @@ fn pivot<T: Real>(d: T, floor: T, column: Force<T>, tip: [T; 6], drive: T) -> Op
 /// Down through a joint: adds S qdd to the acceleration a' = X a + c of the body beyond, given f2 at
 /// the tip, and writes qdd.
 ///
-/// The condition on qdd reads U'a = u + s'f2. It is solved so many times, twice for all digits: a' may be much larger than a (a
-/// light body on a fast joint hardly notices its parent), and then rounding of the order of a' is
-/// left in a; the second solution removes it.
+/// The condition on qdd reads U'a + E qdd = u + s'f2. It is solved so many times, twice for all digits:
+/// a' may be much larger than a (a light body on a fast joint hardly notices its parent), and then
+/// rounding of the order of a' is left in a; the second solution removes it. Joints of several freedoms
+/// with inertia E of their own, which keep no U and E apart, are solved once.
 pub(super) fn respond<T: Real>(
-    columns: &[Motion<T>],
+    (columns, added): (&[Motion<T>], &[T]),
     freedoms: &[Freedom<T>],
     f2: &[T; 6],
     solutions: usize,
     a: &mut Motion<T>,
     qdd: &mut [T],
 ) {
-    if let ([column], [freedom], [qdd]) = (columns, freedoms, &mut *qdd) {
+    if let ([column], [own], [freedom], [qdd]) = (columns, added, freedoms, &mut *qdd) {
         let wanted = freedom.drive + dot(&freedom.tip, f2);
         let first = (wanted - a.dot(freedom.column)) * freedom.pivot[0];
         *a += *column * first;
         *qdd = first;
         if solutions > 1 {
-            let second = (wanted - a.dot(freedom.column)) * freedom.pivot[0];
+            let second = (wanted - *own * first - a.dot(freedom.column)) * freedom.pivot[0];
             *a += *column * second;
             *qdd += second;
         }
         return;
     }
     qdd.fill(T::ZERO);
-    for _ in 0..solutions {
+    let held = added.iter().any(|&own| own != T::ZERO);
+    for _ in 0..if held { 1 } else { solutions } {
         // L'qdd = L^-1 u + (s L'^-1)'f2 - (U L'^-1)'a.
         let mut rest = [T::ZERO; 6];
         for (rest, freedom) in rest.iter_mut().zip(freedoms) {

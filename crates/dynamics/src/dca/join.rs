@@ -23,9 +23,12 @@
 //!
 //! and the whole has Phi11 -+ Y_A'Y_A (minus; plus for a head), Phi12 = Y_A'Y_B,
 //! Phi22 of B - Y_B'Y_B, b1 of A -+ (Y_A'y + Phi12 of A f_Q), b2 of B + Y_B'y + Phi21 of B f_Q.
+//!
+//! A freedom with inertia E of its own transmits S'f = tau - E qdd, which is a force that does depend on
+//! the motion: with t = S (S'S)^-1 a column more of T, tau no part of f_Q, and t'(a1 of B - a2 of A - c)
+//! = qdd, it adds 1/E to its entry on the diagonal of T'GT and tau/E to that of L y.
 
 use super::interior::Joint;
-use crate::drive::driven;
 use crate::link::Kind;
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{Mat3, Mat6, Motion, Real, SmallCholesky};
@@ -69,6 +72,8 @@ pub(super) struct Seam<T> {
     order: usize,
     /// f_Q, the force along the freedoms.
     drive: [T; 6],
+    /// 1/E and tau/E of each row that is such a freedom, else zero.
+    held: [[T; 2]; 6],
 }
 
 impl<T: Real> Seam<T> {
@@ -76,6 +81,7 @@ impl<T: Real> Seam<T> {
         basis: Mat6::IDENTITY,
         order: 6,
         drive: [T::ZERO; 6],
+        held: [[T::ZERO; 2]; 6],
     };
 
     /// A joint whose axes are the columns of `rotation`.
@@ -83,13 +89,15 @@ impl<T: Real> Seam<T> {
         let mut seam = Self {
             basis: Mat6::ZERO,
             order: 0,
-            drive: driven(joint.columns, &joint.tau).to_array(),
+            drive: [T::ZERO; 6],
+            held: [[T::ZERO; 2]; 6],
         };
         // Joints of one freedom have theirs along z.
         let (moments, forces) = match joint.kind {
             Kind::Fixed => (3, 3),
             Kind::Revolute => (2, 3),
             Kind::Prismatic => (3, 2),
+            Kind::Screw => (2, 2),
             Kind::Spherical => (0, 3),
             Kind::Free => (0, 0),
         };
@@ -97,6 +105,25 @@ impl<T: Real> Seam<T> {
         for (at, count) in [(0, moments), (3, forces)] {
             for axis in axes.into_iter().take(count) {
                 seam.basis.0[seam.order][at..at + 3].copy_from_slice(&axis.to_array());
+                seam.order += 1;
+            }
+        }
+        // The square of a screw's column is not 1, as it is of others.
+        let square = T::ONE + joint.pitch * joint.pitch;
+        if joint.kind == Kind::Screw {
+            let axis = rotation.z_axis;
+            let across = Motion::new(-axis * joint.pitch, axis);
+            seam.basis.0[seam.order] = across.to_array();
+            seam.order += 1;
+        }
+        for (k, column) in joint.columns.iter().enumerate() {
+            let direction = (*column * (T::ONE / square)).to_array();
+            let (tau, own) = (joint.tau[k], joint.added[k]);
+            if own == T::ZERO {
+                add_scaled(&mut seam.drive, &direction, tau);
+            } else {
+                seam.basis.0[seam.order] = direction;
+                seam.held[seam.order] = [T::ONE / own, tau / own];
                 seam.order += 1;
             }
         }
@@ -223,6 +250,11 @@ pub(super) fn join_across<T: Real>(
     for (row, half) in projected.0.iter_mut().zip(&half.0).take(seam.order) {
         *row = seam.basis.mul(half);
     }
+    let mut y = seam.basis.mul(&y);
+    for (k, [compliance, drift]) in seam.held.into_iter().enumerate() {
+        projected.0[k][k] += compliance;
+        y[k] += drift;
+    }
     let (mut node, joined) = finish(
         head,
         a,
@@ -231,7 +263,7 @@ pub(super) fn join_across<T: Real>(
         &projected,
         seam.project(&a.phi12.transpose()),
         seam.project(&b.phi12),
-        seam.basis.mul(&y),
+        y,
     )?;
     let sign = if head { T::ONE } else { -T::ONE };
     add_scaled(&mut node.b1, &a.phi12.mul(&seam.drive), sign);

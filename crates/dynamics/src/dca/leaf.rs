@@ -87,6 +87,14 @@ impl Directions {
                 };
                 (moved, &subspace::prismatic(vec3(0.0, 0.0, 1.0)))
             }
+            Kind::Screw => {
+                let moved = Transform {
+                    rotation: turn,
+                    translation: vec3(0.0, 0.0, angle * link.pitch),
+                };
+                let axis = vec3(0.0, 0.0, 1.0);
+                (moved, &subspace::screw(axis, link.pitch))
+            }
             Kind::Spherical => (Transform::IDENTITY, &subspace::spherical(&Mat3::IDENTITY)),
             Kind::Free => (Transform::IDENTITY, &subspace::free(&Mat3::IDENTITY)),
         };

@@ -206,7 +206,7 @@ impl<T: Real> Places<T> {
 
     /// Adds to the external forces those that are given.
     pub(super) fn push(&mut self, plan: &Plan<T>, forces: &Forces, units: &Units) {
-        for (id, wrench) in forces.external() {
+        for (id, wrench) in forces.acting() {
             let slot = plan.slots[id.index()] as usize;
             let body = &mut self.bodies[slot];
             let wrench = plan.frames[slot].wrench_at_joint(body.rotation, wrench, units);
@@ -344,7 +344,8 @@ impl<T: Real> Globals<'_, T> {
 }
 
 impl<T: Real> Link<T> {
-    /// The joint frame in that of the body before; `turn` is sine and cosine of a revolute joint.
+    /// The joint frame in that of the body before; `turn` is sine and cosine of a revolute or screw
+    /// joint.
     fn local(&self, given: &Given<'_>, turn: (T, T)) -> Transform<T> {
         let mut local = self.placement;
         let q = &given.q[self.q..];
@@ -357,6 +358,13 @@ impl<T: Real> Link<T> {
                 local.rotation.y_axis = y_axis * cos - x_axis * sin;
             }
             Kind::Prismatic => local.translation += local.rotation.z_axis * length(q[0]),
+            Kind::Screw => {
+                let ((sin, cos), Mat3 { x_axis, y_axis, .. }) = (turn, local.rotation);
+                local.rotation.x_axis = x_axis * cos + y_axis * sin;
+                local.rotation.y_axis = y_axis * cos - x_axis * sin;
+                let along = local.rotation.z_axis * self.pitch;
+                local.translation += along * T::from_f64(q[0]);
+            }
             Kind::Spherical => {
                 local.rotation = local.rotation * T::rotation_of([q[0], q[1], q[2], q[3]]);
             }
@@ -372,7 +380,7 @@ impl<T: Real> Link<T> {
     fn turning(&self, given: &Given<'_>) -> Vec3<T> {
         match self.kind {
             Kind::Fixed | Kind::Prismatic => Vec3::ZERO,
-            Kind::Revolute => vec3(T::ZERO, T::ZERO, given.rate(self.v)),
+            Kind::Revolute | Kind::Screw => vec3(T::ZERO, T::ZERO, given.rate(self.v)),
             Kind::Spherical | Kind::Free => given.rates(self.v),
         }
     }
@@ -393,6 +401,10 @@ impl<T: Real> Link<T> {
             }
             Kind::Prismatic => {
                 columns.copy_from_slice(&subspace::prismatic(rotation.z_axis));
+                (columns[0] * given.rate(self.v), Vec3::ZERO)
+            }
+            Kind::Screw => {
+                columns.copy_from_slice(&subspace::screw(rotation.z_axis, self.pitch));
                 (columns[0] * given.rate(self.v), Vec3::ZERO)
             }
             Kind::Spherical => {

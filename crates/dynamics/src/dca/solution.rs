@@ -120,13 +120,17 @@ impl<T: Real, L: Real> Tree<T, L> {
 
     /// Replaces the part of a force along a joint's freedoms by the joint force.
     fn along_freedoms(&self, slot: usize, f: Force<T>, acting: &Acting<'_, T>) -> Force<T> {
-        let columns = &self.places.columns[self.plan.dofs_of(slot)];
+        let dofs = self.plan.dofs_of(slot);
+        let columns = &self.places.columns[dofs.clone()];
         let mut tau = [T::ZERO; 6];
         if let Acting::All(forces, scales) = acting {
             let first = self.plan.links[slot].v;
             for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
                 *tau = T::from_f64(forces.joint[first + k] / scales.force[first + k]);
             }
+        }
+        for (tau, dof) in tau.iter_mut().zip(dofs) {
+            *tau -= self.added[dof] * self.chunks.qdd[dof];
         }
         transmitted(f, columns, &tau)
     }

@@ -34,6 +34,9 @@ pub(super) struct Tree<T, L> {
     /// -g, the acceleration of a world that replaces gravity.
     pub(super) base: Motion<T>,
     pub(super) chunks: Chunks<T, L>,
+    /// Inertia of the freedoms' own in the order of the slots, and whether any is not zero.
+    pub(super) added: Vec<T>,
+    adds: bool,
     /// Forces that the joints transmit, about the joints' origins.
     pub(super) wrenches: Vec<Force<T>>,
     pub(super) sums: Vec<Rake<T>>,
@@ -57,6 +60,8 @@ impl<T: Real, L: Real> Tree<T, L> {
             places: Places::new(&plan),
             base: Motion::new(Vec3::ZERO, -Vec3::from_glam(gravity)),
             chunks: Chunks::new(&plan.extents[plan.chunks.len()]),
+            added: vec![T::ZERO; plan.model_dofs.len()],
+            adds: false,
             wrenches: vec![Force::ZERO; plan.len()],
             sums: vec![Rake::default(); plan.sums.len()],
             joins: vec![state; plan.joins.len()],
@@ -83,6 +88,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         };
         self.places.set(&self.plan, &given, parallel);
         self.places.push(&self.plan, forces, model.units());
+        self.set_added(forces, scales);
         for round in 0..self.plan.schedule.round_count() {
             self.sum(round, parallel);
             self.assemble(round, &forces.joint, &scales.force, parallel)?;
@@ -93,6 +99,18 @@ impl<T: Real, L: Real> Tree<T, L> {
             jumps: None,
         };
         self.descend(&descent, parallel)
+    }
+
+    /// Takes the inertia of the freedoms' own.
+    fn set_added(&mut self, forces: &Forces, scales: &Scales) {
+        let adds = !forces.joint_inertia.is_empty();
+        if adds || self.adds {
+            for (own, &dof) in self.added.iter_mut().zip(&self.plan.model_dofs) {
+                let dof = dof as usize;
+                *own = T::from_f64(forces.inertia(dof) * scales.inertia(dof));
+            }
+        }
+        self.adds = adds;
     }
 
     /// Down: forces in the joins and accelerations in the chunks.
@@ -149,6 +167,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             places: &self.places,
             tau,
             force_scales,
+            added: &self.added,
             jumps: None,
         };
         divide(parallel, &self.plan.extents, range, own, &|index, own| {
@@ -217,6 +236,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             places: &self.places,
             tau: &[],
             force_scales: &[],
+            added: &self.added,
             jumps: descent.jumps,
         };
         let joins = &self.joins;

@@ -1,37 +1,28 @@
 //! Many states of one model on a GPU.
 
+mod choice;
 mod engine;
+mod forest;
 mod memory;
 mod poses;
 mod schedule;
 mod tree;
 
-use crate::{Error, Forces, Integrator, Precision, cost};
-use engine::{Engine, Failure, Fixed};
-use schedule::Schedule;
-use tree::Tree;
-use vertebra_assembly::{Model, State};
+pub use choice::{BatchChoice, BatchOptions};
+
+use crate::{Algorithm, Error, Forces, Precision};
+use engine::{Engine, Failure, Fixed, Why};
+use forest::Forest;
+use vertebra_assembly::{BodyId, Model, State};
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
-use vertebra_shaders::BATCH_LANES;
 use vertebra_spatial::Pose;
-
-/// What a [`Batch`] is asked for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BatchOptions {
-    /// Precision of everything on the device, the states too.
-    pub precision: Precision,
-    /// How steps are taken.
-    pub integrator: Integrator,
-    /// Lanes among which the bodies of an item are shared out, 1, 2, 4 or 8; none for the number that is
-    /// expected to be the fastest.
-    pub lanes: Option<u32>,
-}
 
 /// Many states of one model that live on a GPU: their accelerations, steps in time, poses.
 ///
 /// States and forces are uploaded when they are set and come back when they are asked for; steps
-/// in between stay on the device. An item that fails keeps the state before the step; the others go on.
+/// in between stay on the device. An item that fails keeps the state before the step; the others go on, but
+/// by divide and conquer, where all are one forest, they stop with it.
 ///
 /// ```
 /// use vertebra_assembly::{State, generate};
@@ -50,6 +41,7 @@ pub struct BatchOptions {
 pub struct Batch {
     fixed: Fixed,
     engine: AnyEngine,
+    choice: BatchChoice,
     precision: Precision,
     /// Time of each item when its state was set \[s\].
     start: Vec<f64>,
@@ -61,13 +53,15 @@ pub struct Batch {
 enum AnyEngine {
     Single(Box<Engine<f32>>),
     Double(Box<Engine<f64>>),
+    Forest(Box<Forest>),
 }
 
-macro_rules! in_precision {
-    ($engine:expr, $name:ident => $body:expr) => {
+macro_rules! in_engine {
+    ($engine:expr, $name:ident => $body:expr, $forest:ident => $other:expr) => {
         match $engine {
             AnyEngine::Single($name) => $body,
             AnyEngine::Double($name) => $body,
+            AnyEngine::Forest($forest) => $other,
         }
     };
 }
@@ -80,11 +74,14 @@ impl AnyEngine {
         })
     }
 
-    fn with_pushed(&self, fixed: &Fixed, pushed: Vec<usize>) -> Result<Self, Error> {
-        Ok(match self {
-            Self::Single(engine) => Self::Single(Box::new(engine.with_pushed(fixed, pushed)?)),
-            Self::Double(engine) => Self::Double(Box::new(engine.with_pushed(fixed, pushed)?)),
-        })
+    /// Makes place for forces on these bodies.
+    fn push(&mut self, fixed: &Fixed, pushed: Vec<usize>) -> Result<(), Error> {
+        match self {
+            Self::Single(engine) => **engine = engine.with_pushed(fixed, pushed)?,
+            Self::Double(engine) => **engine = engine.with_pushed(fixed, pushed)?,
+            Self::Forest(_) => {}
+        }
+        Ok(())
     }
 }
 
@@ -92,16 +89,16 @@ impl Batch {
     /// Takes memory for so many items, all in the neutral state at time 0, without forces but gravity.
     ///
     /// # Errors
-    /// [`Error::LoopsUnavailable`] for a model with loops or couplings;
     /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::PrecisionUnavailable`] of
-    /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`]; [`Error::Gpu`].
+    /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`];
+    /// [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`]; [`Error::Gpu`].
     pub fn new(
         device: &Device,
         model: &Model,
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
-        crate::loops::refuse_loops(model, "a GPU")?;
+        super::check_model(model)?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),
@@ -113,17 +110,19 @@ impl Batch {
                 precision: options.precision,
             });
         }
-        let lanes = match options.lanes {
-            Some(lanes) => lanes.clamp(1, 8).next_power_of_two(),
-            None => lanes_for(model, items),
+        let choice = BatchChoice::of(model, items, options);
+        let integrator = options.integrator.try_into()?;
+        let fixed = Fixed::new(device, model, (items, choice.lanes as usize, integrator));
+        let engine = match choice.algorithm {
+            Algorithm::Aba => AnyEngine::new(&fixed, options.precision, Vec::new())?,
+            Algorithm::Dca => {
+                let how = (options.precision, options.integrator);
+                AnyEngine::Forest(Box::new(Forest::new(device, model, items, how)?))
+            }
         };
-        let fixed = Fixed::new(
-            device,
-            model,
-            (items, lanes as usize, options.integrator.try_into()?),
-        );
         let mut batch = Self {
-            engine: AnyEngine::new(&fixed, options.precision, Vec::new())?,
+            engine,
+            choice,
             precision: options.precision,
             start: Vec::new(),
             steps: Vec::new(),
@@ -152,7 +151,13 @@ impl Batch {
         self.precision
     }
 
-    /// Lanes among which the bodies of an item are shared out.
+    /// The algorithm and the lanes of an item, and why these.
+    #[must_use]
+    pub fn choice(&self) -> &BatchChoice {
+        &self.choice
+    }
+
+    /// Lanes among which the articulated-body algorithm shares the bodies of an item out.
     #[must_use]
     pub fn lanes(&self) -> usize {
         self.fixed.schedule.lanes
@@ -167,7 +172,11 @@ impl Batch {
         let model = &self.fixed.model;
         self.check(states, |state| Ok(state.check(model)?))?;
         let fixed = &self.fixed;
-        in_precision!(&mut self.engine, engine => engine.set_states(fixed, states))?;
+        in_engine!(
+            &mut self.engine,
+            engine => engine.set_states(fixed, states),
+            forest => forest.set_states(fixed, states)
+        )?;
         self.start = states.iter().map(|state| state.time).collect();
         self.steps.clear();
         Ok(())
@@ -180,20 +189,31 @@ impl Batch {
     /// were. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &[Forces]) -> Result<(), Error> {
         let model = &self.fixed.model;
-        self.check(forces, |forces| forces.check(model))?;
+        self.check(forces, |forces| {
+            forces.check(model)?;
+            super::check_forces(model, forces)
+        })?;
         let fixed = &self.fixed;
-        let external = forces.iter().flat_map(Forces::external);
+        let external = forces.iter().flat_map(Forces::acting);
         let mut pushed: Vec<usize> = external
             .filter_map(|(body, _)| fixed.tree.carrier(body.index()))
             .collect();
         pushed.sort_unstable();
         pushed.dedup();
-        let current = in_precision!(&self.engine, engine => engine.pushed().to_vec());
+        let current = in_engine!(
+            &self.engine,
+            engine => engine.pushed().to_vec(),
+            _forest => pushed.clone()
+        );
         if !pushed.iter().all(|node| current.contains(node)) {
-            self.engine = self.engine.with_pushed(&self.fixed, pushed)?;
+            self.engine.push(&self.fixed, pushed)?;
         }
         let fixed = &self.fixed;
-        in_precision!(&mut self.engine, engine => engine.set_forces(fixed, forces))
+        in_engine!(
+            &mut self.engine,
+            engine => engine.set_forces(fixed, forces),
+            forest => forest.set_forces(fixed, forces)
+        )
     }
 
     fn check<T>(&self, given: &[T], check: impl Fn(&T) -> Result<(), Error>) -> Result<(), Error> {
@@ -230,8 +250,7 @@ impl Batch {
             let error = self.error(first);
             return Err(self.item_error(first.item, failures.len(), error));
         }
-        let fixed = &self.fixed;
-        in_precision!(&self.engine, engine => engine.accelerations(fixed))
+        self.read_accelerations()
     }
 
     /// Computes the joint accelerations without reading them or waiting for them, unless times are taken.
@@ -240,7 +259,11 @@ impl Batch {
     /// [`Error::Gpu`].
     pub fn solve_on_device(&mut self) -> Result<(), Error> {
         let fixed = &self.fixed;
-        self.time = in_precision!(&mut self.engine, engine => engine.solve(fixed))?;
+        self.time = in_engine!(
+            &mut self.engine,
+            engine => engine.solve(fixed),
+            forest => forest.solve(fixed)
+        )?;
         Ok(())
     }
 
@@ -248,16 +271,28 @@ impl Batch {
     ///
     /// # Errors
     /// [`Error::Gpu`].
-    pub fn accelerations_of_each(&self) -> Result<Vec<Result<Vec<f64>, Error>>, Error> {
-        let fixed = &self.fixed;
-        let found = in_precision!(&self.engine, engine => engine.accelerations(fixed))?;
-        let dofs = fixed.model.dof_count();
+    pub fn accelerations_of_each(&mut self) -> Result<Vec<Result<Vec<f64>, Error>>, Error> {
+        let failures = self.failures_of(false)?;
+        if let (AnyEngine::Forest(_), Some(first)) = (&self.engine, failures.first()) {
+            return Ok(vec![Err(self.error(first)); self.fixed.items]);
+        }
+        let found = self.read_accelerations()?;
+        let dofs = self.fixed.model.dof_count();
         let of_item = |item: usize| Ok(found[item * dofs..(item + 1) * dofs].to_vec());
-        let mut each: Vec<_> = (0..fixed.items).map(of_item).collect();
-        for failure in self.failures_of(false)? {
+        let mut each: Vec<_> = (0..self.fixed.items).map(of_item).collect();
+        for failure in failures {
             each[failure.item] = Err(self.error(&failure));
         }
         Ok(each)
+    }
+
+    fn read_accelerations(&mut self) -> Result<Vec<f64>, Error> {
+        let fixed = &self.fixed;
+        in_engine!(
+            &mut self.engine,
+            engine => engine.accelerations(fixed),
+            forest => forest.read_accelerations()
+        )
     }
 
     /// Moves all items on by `h` \[s\].
@@ -300,12 +335,15 @@ impl Batch {
             });
         }
         let fixed = &self.fixed;
-        let in_units = h / fixed.model.units().time;
-        self.time =
-            in_precision!(&mut self.engine, engine => engine.steps(fixed, in_units, count))?;
+        let ran = in_engine!(
+            &mut self.engine,
+            engine => engine.steps(fixed, h, count),
+            forest => forest.steps(fixed, h, count)
+        )?;
+        self.time = ran.time;
         match self.steps.last_mut() {
-            Some((length, times)) if *length == h => *times += count,
-            _ => self.steps.push((h, count)),
+            Some((length, times)) if *length == h => *times += ran.steps,
+            _ => self.steps.push((h, ran.steps)),
         }
         Ok(())
     }
@@ -314,9 +352,13 @@ impl Batch {
     ///
     /// # Errors
     /// [`Error::Gpu`].
-    pub fn states(&self) -> Result<Vec<State>, Error> {
+    pub fn states(&mut self) -> Result<Vec<State>, Error> {
         let fixed = &self.fixed;
-        let mut states = in_precision!(&self.engine, engine => engine.states(fixed))?;
+        let mut states = in_engine!(
+            &mut self.engine,
+            engine => engine.states(fixed),
+            forest => forest.states(fixed)
+        )?;
         let failures = self.failures_of(true)?;
         for (item, state) in states.iter_mut().enumerate() {
             state.time = self.time_after(item, u32::MAX);
@@ -338,7 +380,11 @@ impl Batch {
 
     fn failures_of(&self, steps: bool) -> Result<Vec<Failure>, Error> {
         let fixed = &self.fixed;
-        in_precision!(&self.engine, engine => engine.failures(fixed, steps))
+        in_engine!(
+            &self.engine,
+            engine => engine.failures(fixed, steps),
+            forest => Ok(forest.failures(steps))
+        )
     }
 
     /// Time of an item after so many steps, or all if there were fewer \[s\].
@@ -354,16 +400,14 @@ impl Batch {
 
     fn error(&self, failure: &Failure) -> Error {
         let body = self.fixed.model.bodies()[failure.body].name.clone();
-        let quantity = match failure.why {
-            1 => return Error::SingularJoint { body },
-            2 => "joint acceleration",
-            3 => "joint position or rate",
-            _ => "angle",
-        };
-        Error::Overflow {
-            quantity,
-            body,
-            time: self.time_after(failure.item, failure.step),
+        match failure.why {
+            Why::Singular => Error::SingularJoint { body },
+            Why::Unjoined(precision) => Error::Unjoined { body, precision },
+            Why::Overflow(quantity) => Error::Overflow {
+                quantity,
+                body,
+                time: self.time_after(failure.item, failure.step),
+            },
         }
     }
 
@@ -373,18 +417,31 @@ impl Batch {
     /// [`Error::Gpu`].
     pub fn poses(&mut self) -> Result<Vec<Pose>, Error> {
         let fixed = &self.fixed;
-        in_precision!(&mut self.engine, engine => engine.poses(fixed))
+        in_engine!(&mut self.engine, engine => engine.poses(fixed), forest => forest.poses())
     }
 
-    /// Computes the poses and gives the buffer they are in, for other kernels: of body b and item i
-    /// quaternion x, y, z, w and position \[m\] as two vectors of four numbers, element
-    /// b times the number of items, rounded up to 32, plus i.
+    /// Computes the poses and gives the buffer they are in, for other kernels: quaternion x, y, z, w and
+    /// position \[m\] as two vectors of four numbers, where [`pose_place`](Self::pose_place) says.
     ///
     /// # Errors
     /// [`Error::Gpu`].
     pub fn pose_buffer(&mut self) -> Result<&vertebra_gpu::wgpu::Buffer, Error> {
         let fixed = &self.fixed;
-        in_precision!(&mut self.engine, engine => Ok(engine.update_poses(fixed)?.raw()))
+        in_engine!(
+            &mut self.engine,
+            engine => Ok(engine.update_poses(fixed)?.raw()),
+            forest => forest.pose_buffer()
+        )
+    }
+
+    /// Where the pose of an item's body is in the buffer, in poses: by the articulated-body algorithm body by
+    /// body, so that neighbouring items are neighbours, by divide and conquer item by item.
+    #[must_use]
+    pub fn pose_place(&self, item: usize, body: BodyId) -> usize {
+        match self.engine {
+            AnyEngine::Forest(_) => item * self.fixed.model.bodies().len() + body.index(),
+            _ => body.index() * memory::stride(self.fixed.items) + item,
+        }
     }
 
     /// Takes the time on the device of what follows; [`gpu_time`](Self::gpu_time) tells it.
@@ -392,7 +449,7 @@ impl Batch {
     /// # Errors
     /// [`Error::Gpu`] where the device has no timestamps.
     pub fn take_times(&mut self) -> Result<(), Error> {
-        in_precision!(&mut self.engine, engine => engine.take_times())
+        in_engine!(&mut self.engine, engine => engine.take_times(), forest => forest.take_times())
     }
 
     /// Time on the device of the last solve or steps \[s\], if it was taken.
@@ -400,20 +457,4 @@ impl Batch {
     pub fn gpu_time(&self) -> Option<f64> {
         self.time
     }
-}
-
-/// The number of lanes with the least expected time; the smaller of equals.
-fn lanes_for(model: &Model, items: usize) -> u32 {
-    let tree = Tree::new(model);
-    let cost = |lanes: u32| {
-        let schedule = Schedule::new(&tree, lanes as usize);
-        cost::gpu_batch(items, schedule.levels, lanes, schedule.handoff_count)
-    };
-    let mut best = BATCH_LANES[0];
-    for lanes in BATCH_LANES {
-        if cost(lanes) < cost(best) {
-            best = lanes;
-        }
-    }
-    best
 }

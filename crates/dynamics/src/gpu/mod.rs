@@ -1,5 +1,8 @@
 //! Simulation on a GPU: one articulation, tree or forest, by divide and conquer in O(log n) rounds; and
-//! [`Batch`], many states of one model, a few lanes each.
+//! [`Batch`], many states of one model, a few lanes each or all by divide and conquer.
+//!
+//! [`crate::Simulation::on`] is the door to the former that most programs take; [`Simulation`] here is what
+//! is behind it, with times on the device and options of its own.
 //!
 //! [`Simulation::on`] uploads a model once. Steps then run without the host: kinematics over the
 //! assembly tree up and down, chunks assembled by a lane each, joins up and down, the chunks solved,
@@ -26,10 +29,38 @@
 mod batch;
 mod dca;
 
-pub use batch::{Batch, BatchOptions};
-pub use dca::{Options, PoseBuffer, Simulation};
+pub use batch::{Batch, BatchChoice, BatchOptions};
+pub use dca::{Options, PendingPoses, PoseBuffer, Simulation};
 
-use crate::{Error, Integrator};
+use crate::{Error, Forces, Integrator};
+use vertebra_assembly::{JointKind, Model};
+
+/// Refuses what kernels do not compute rather than leave it out.
+pub(crate) fn check_model(model: &Model) -> Result<(), Error> {
+    crate::loops::refuse_loops(model, "a GPU")?;
+    let is_screw = |kind| matches!(kind, JointKind::Screw { .. });
+    if let Some(body) = model.bodies().iter().find(|body| is_screw(body.joint.kind)) {
+        return Err(Error::JointUnavailable {
+            body: body.name.clone(),
+        });
+    }
+    match model.first_element().and_then(|id| model.body(id)) {
+        None => Ok(()),
+        Some(body) => Err(Error::ElementUnavailable {
+            body: body.name.clone(),
+        }),
+    }
+}
+
+/// Refuses inertia of the freedoms' own.
+fn check_forces(model: &Model, forces: &Forces) -> Result<(), Error> {
+    match forces.joint_inertia.iter().position(|&own| own != 0.0) {
+        None => Ok(()),
+        Some(dof) => Err(Error::ElementUnavailable {
+            body: crate::forces::body_of_dof(model, dof),
+        }),
+    }
+}
 
 /// The integrators that need no iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,8 @@
 //! Many poses, many bodies, and one mesh with itself.
 
 use super::super::Meter;
-use super::{note, row, timed};
+use super::{Measured, note, timed};
+use crate::measure::Timing;
 use crate::row::Row;
 use crate::scenario::tableware;
 use crate::suite::gold_meshes::wrong_pairs;
@@ -45,25 +46,28 @@ fn poses(device: &Device, meter: &Meter, software: bool) -> anyhow::Result<Optio
     let timing = timed(meter, || Ok(query.at_poses(&poses)?.pairs()?))?;
     let names = ("poses of a cylinder in a sphere", "collision-poses");
     let size = (poses.len() as u64, "poses");
-    Ok(row(
-        device,
-        names,
-        size,
-        timing,
-        judged(&found, &expected),
-        String::new(),
-    ))
+    Ok(judged(timing, &found, &expected, "").row(device, names, size))
 }
 
-/// Lists and how many of their pairs are too many, and too few.
-fn judged(found: &[Vec<[u32; 2]>], expected: &[Vec<[u32; 2]>]) -> (u64, (u64, u64)) {
+/// Lists that were found in this time, and how many of their pairs are too many, and too few.
+fn judged(
+    timing: Option<Timing>,
+    found: &[Vec<[u32; 2]>],
+    expected: &[Vec<[u32; 2]>],
+    note: &str,
+) -> Measured {
     let hits = found.iter().map(|pairs| pairs.len() as u64).sum();
     let mut wrong = (0, 0);
     for (found, expected) in found.iter().zip(expected) {
         let (too_many, too_few) = wrong_pairs(found, expected);
         wrong = (wrong.0 + too_many, wrong.1 + too_few);
     }
-    (hits, wrong)
+    Measured {
+        timing,
+        hits,
+        wrong,
+        note: note.to_owned(),
+    }
 }
 
 /// A chain of balls in many shapes, its poses of `f32` numbers.
@@ -88,14 +92,7 @@ fn links(device: &Device, meter: &Meter, software: bool) -> anyhow::Result<Optio
     let timing = timed(meter, || Ok(links.at(&configurations)?.pairs()?))?;
     let names = ("links of a chain", "collision-links");
     let size = (found.len() as u64, "pairs of links");
-    Ok(row(
-        device,
-        names,
-        size,
-        timing,
-        judged(&found, &expected),
-        String::new(),
-    ))
+    Ok(judged(timing, &found, &expected, "").row(device, names, size))
 }
 
 /// The same with poses from a buffer on the device, and how many pairs of triangles there are.
@@ -113,15 +110,8 @@ fn following(device: &Device, meter: &Meter, software: bool) -> anyhow::Result<O
     let timing = timed(meter, || Ok(following.now().any()?))?;
     let names = ("links of a chain", "collision-following");
     let size = (found.len() as u64, "pairs of links");
-    let note = "whether they meet; errors of the pairs".to_owned();
-    Ok(row(
-        device,
-        names,
-        size,
-        timing,
-        judged(&found, &expected),
-        note,
-    ))
+    let note = "whether they meet; errors of the pairs";
+    Ok(judged(timing, &found, &expected, note).row(device, names, size))
 }
 
 /// The chain, and the pairs of each pair of links that the CPU finds.
@@ -154,16 +144,11 @@ fn itself(device: &Device, meter: &Meter, software: bool) -> anyhow::Result<Opti
     let collider = Collider::new(device, mesh)?;
     let query = SelfQuery::new(&collider);
     let found = query.pairs()?;
-    let note = note(&query.statistics()?);
-    let timing = timed(meter, || Ok(query.pairs()?))?;
-    let names = (name, "collision-self");
-    let hits = (found.len() as u64, wrong_pairs(&found, &expected));
-    Ok(row(
-        device,
-        names,
-        (triangles, "triangles"),
-        timing,
-        hits,
-        note,
-    ))
+    let measured = Measured {
+        hits: found.len() as u64,
+        wrong: wrong_pairs(&found, &expected),
+        note: note(&query.statistics()?),
+        timing: timed(meter, || Ok(query.pairs()?))?,
+    };
+    Ok(measured.row(device, (name, "collision-self"), (triangles, "triangles")))
 }

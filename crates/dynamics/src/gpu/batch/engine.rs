@@ -6,7 +6,7 @@ use super::schedule::Schedule;
 use super::tree::{PUSH, Tree};
 use crate::gpu::Explicit;
 use crate::link::{Kind, Scales};
-use crate::{Error, Forces};
+use crate::{Error, Forces, Precision};
 use vertebra_assembly::{Model, State};
 use vertebra_gpu::{AnySlot, Device, Output, Program, Recording, Timing, workgroups};
 use vertebra_shaders::{BATCH_ITEMS, BatchFeatures, BatchFinish, BatchPlan, batch};
@@ -47,13 +47,31 @@ impl Fixed {
     }
 }
 
-/// Why an item failed: the body, and what.
+/// Why an item failed.
+#[derive(Clone, Copy)]
+pub(super) enum Why {
+    Singular,
+    Unjoined(Precision),
+    /// What overflowed.
+    Overflow(&'static str),
+}
+
+/// Which item failed: the body, and why.
+#[derive(Clone, Copy)]
 pub(super) struct Failure {
     pub(super) item: usize,
     pub(super) body: usize,
-    pub(super) why: u32,
+    pub(super) why: Why,
     /// Steps that were taken before.
     pub(super) step: u32,
+}
+
+/// What came of steps.
+pub(super) struct Ran {
+    /// Those that were taken, by the items that have not failed.
+    pub(super) steps: u32,
+    /// Time on the device \[s\], if it is taken.
+    pub(super) time: Option<f64>,
 }
 
 pub(super) struct Engine<W: Word> {
@@ -205,7 +223,7 @@ impl<W: Word> Engine<W> {
         let rows = dofs + PUSH * self.pushed.len();
         let mut pushes = vec![[0.0; PUSH]; self.pushed.len() * fixed.items];
         for (item, forces) in forces.iter().enumerate() {
-            for (body, wrench) in forces.external() {
+            for (body, wrench) in forces.acting() {
                 let node = fixed.tree.carrier(body.index());
                 let place = node.and_then(|n| self.pushed.iter().position(|&pushed| pushed == n));
                 if let Some(place) = place {
@@ -238,13 +256,8 @@ impl<W: Word> Engine<W> {
         Ok(None)
     }
 
-    /// Takes steps of `h` in the model's units; gives the time on the device \[s\] if it is taken.
-    pub(super) fn steps(
-        &mut self,
-        fixed: &Fixed,
-        h: f64,
-        count: u32,
-    ) -> Result<Option<f64>, Error> {
+    /// Takes steps of `h` \[s\].
+    pub(super) fn steps(&mut self, fixed: &Fixed, h: f64, count: u32) -> Result<Ran, Error> {
         let program = match self.steps.take() {
             Some(program) => program,
             None => self.program(
@@ -255,7 +268,7 @@ impl<W: Word> Engine<W> {
                 },
             )?,
         };
-        self.memory.set_step(h)?;
+        self.memory.set_step(h / fixed.model.units().time)?;
         let mut time = None;
         let mut left = count;
         while left > 0 {
@@ -271,7 +284,7 @@ impl<W: Word> Engine<W> {
             left -= now;
         }
         self.steps = Some(program);
-        Ok(time)
+        Ok(Ran { steps: count, time })
     }
 
     /// Joint accelerations in SI, item by item.
@@ -314,7 +327,12 @@ impl<W: Word> Engine<W> {
             (words[0] != 0).then_some(Failure {
                 item,
                 body: fixed.tree.nodes[*node].body,
-                why: word % 8,
+                why: match word % 8 {
+                    1 => Why::Singular,
+                    2 => Why::Overflow("joint acceleration"),
+                    3 => Why::Overflow("joint position or rate"),
+                    _ => Why::Overflow("angle"),
+                },
                 step: words[1],
             })
         };

@@ -197,6 +197,8 @@ pub(super) const fn kind(kind: Kind) -> u32 {
         Kind::Prismatic => 2,
         Kind::Spherical => 3,
         Kind::Free => 4,
+        // Refused before.
+        Kind::Screw => IDLE,
     }
 }
 

@@ -6,8 +6,8 @@ use super::tables::{Tables, small};
 use crate::gpu::Explicit;
 use bytemuck::Pod;
 use vertebra_gpu::{
-    AnySlot, Buffer, Device, Error, Kernel, Output, Program, Recording, Shared, Slot, Timing,
-    workgroups,
+    AnySlot, Buffer, Device, Error, Kernel, Output, Pending, Program, Recording, Shared, Slot,
+    Timing, workgroups,
 };
 use vertebra_shaders::dca::{Advance, Commit, Dca, Layer, Sizes, Way};
 
@@ -69,6 +69,34 @@ struct Ready<T> {
     control: Option<Slot<u32>>,
 }
 
+/// Numbers on their way to the host.
+#[derive(Debug)]
+pub(super) struct Reading<T> {
+    pending: Pending,
+    numbers: Option<Slot<T>>,
+    fours: Option<Slot<[T; 4]>>,
+}
+
+impl<T: Scalar> Reading<T> {
+    pub(super) fn is_done(&self) -> Result<bool, Error> {
+        self.pending.is_done()
+    }
+
+    pub(super) fn wait(self) -> Result<Vec<f64>, Error> {
+        let output = self.pending.wait()?;
+        let mut found = Vec::new();
+        if let Some(slot) = self.numbers {
+            let numbers: Vec<T> = output.read(slot)?;
+            found.extend(numbers.into_iter().map(Scalar::to_f64));
+        }
+        if let Some(slot) = self.fours {
+            let fours: Vec<[T; 4]> = output.read(slot)?;
+            found.extend(fours.into_iter().flatten().map(Scalar::to_f64));
+        }
+        Ok(found)
+    }
+}
+
 /// The buffers of a recording.
 struct Slots<T, L> {
     sizes: Slot<Sizes>,
@@ -93,6 +121,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
                 tree: L::PRECISION,
                 leaves: tables.sizes.leaves > 0,
                 several: tables.several,
+                refined: tables.sweeps > 0,
             },
             sizes: device.buffer_from("sizes", &[tables.sizes])?,
             words: device.buffer_from("words", &tables.words)?,
@@ -152,28 +181,23 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
         Ok(self.ready(tables, task)?.dispatches)
     }
 
-    pub(super) fn run(
-        &mut self,
-        tables: &Tables,
-        task: Task,
-    ) -> Result<vertebra_gpu::Pending, Error> {
+    pub(super) fn run(&mut self, tables: &Tables, task: Task) -> Result<Pending, Error> {
         self.ready(tables, task)?.program.run()
     }
 
     /// What a task that reads numbers finds.
     pub(super) fn read(&mut self, tables: &Tables, task: Task) -> Result<Vec<f64>, Error> {
+        self.begin(tables, task)?.wait()
+    }
+
+    /// Submits a task that reads numbers.
+    pub(super) fn begin(&mut self, tables: &Tables, task: Task) -> Result<Reading<T>, Error> {
         let ready = self.ready(tables, task)?;
-        let output = ready.program.run()?.wait()?;
-        let numbers = |slot| -> Result<Vec<T>, Error> { output.read(slot) };
-        let fours = |slot| -> Result<Vec<[T; 4]>, Error> { output.read(slot) };
-        let mut found = Vec::new();
-        if let Some(slot) = ready.numbers {
-            found.extend(numbers(slot)?.into_iter().map(Scalar::to_f64));
-        }
-        if let Some(slot) = ready.fours {
-            found.extend(fours(slot)?.into_iter().flatten().map(Scalar::to_f64));
-        }
-        Ok(found)
+        Ok(Reading {
+            pending: ready.program.run()?,
+            numbers: ready.numbers,
+            fours: ready.fours,
+        })
     }
 
     pub(super) fn read_control(&mut self, tables: &Tables) -> Result<Vec<u32>, Error> {
@@ -313,14 +337,12 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
     }
 
     fn turn_parts(&mut self, commit: Commit) {
-        let (dca, count) = (self.dca, self.tables.sizes.chunks);
-        let layer = Layer {
-            count,
+        let dca = self.dca;
+        let every = Layer {
             stage: commit as u32,
             ..Layer::default()
         };
-        self.chunks(&dca.turn_chunks(), layer, Self::motion);
-        self.layers(&self.tables.turn, 0, Self::motion, |_| dca.turn_parts());
+        self.layers(&self.tables.turn, every, Self::motion, |_| dca.turn_parts());
     }
 
     fn place(&mut self) {
@@ -329,16 +351,30 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
     }
 
     fn solve(&mut self, advance: Advance, stage: u32) {
-        let (dca, leading) = (self.dca, self.leading(stage));
-        self.chunks(&dca.assemble_chunks(), leading, Self::dynamics);
-        self.layers(&self.tables.work, stage, Self::dynamics, |layer| {
-            if layer.mixed {
-                dca.work_parts(advance)
+        let (dca, sweeps) = (self.dca, self.tables.sweeps);
+        for sweep in 0..=sweeps {
+            let layer = Layer {
+                sweep: small(sweep),
+                ..self.leading(stage)
+            };
+            let advance = if sweep == sweeps {
+                advance
             } else {
-                dca.join_parts()
+                Advance::None
+            };
+            if sweep == 0 {
+                self.chunks(&dca.assemble_chunks(), layer, Self::dynamics);
             }
-        });
-        self.chunks(&dca.solve_chunks(advance), leading, Self::dynamics);
+            self.layers(&self.tables.work, layer, Self::dynamics, |rounds| {
+                match (rounds.mixed, sweep) {
+                    (true, 0) => dca.work_parts(advance),
+                    (true, _) => dca.rework_parts(advance),
+                    (false, 0) => dca.join_parts(),
+                    (false, _) => dca.rejoin_parts(),
+                }
+            });
+            self.chunks(&dca.solve_chunks(advance), layer, Self::dynamics);
+        }
     }
 
     /// The chunks of the first round.
@@ -350,11 +386,11 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         }
     }
 
-    /// Up and down again over the layers of rounds.
+    /// Up and down again over the layers of rounds; `every` has what they share.
     fn layers(
         &mut self,
         layers: &[Layered],
-        stage: u32,
+        every: Layer,
         buffers: impl Fn(&Self, Slot<Layer>) -> Vec<AnySlot>,
         kernel: impl Fn(&Layered) -> Kernel,
     ) {
@@ -362,14 +398,15 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             return;
         };
         let up = lower.iter().map(|layer| (Way::Up, layer));
-        let down = lower.iter().rev().map(|layer| (Way::Down, layer));
+        let down = lower.iter().rev().filter(|layer| layer.down);
+        let down = down.map(|layer| (Way::Down, layer));
         for (way, layer) in up.chain([(Way::Both, top)]).chain(down) {
             let content = Layer {
                 count: layer.groups,
                 rounds: layer.rounds,
                 starts: layer.starts,
                 ways: way as u32,
-                stage,
+                ..every
             };
             let uniform = self.recording.buffer_from("layer", &[content]);
             let buffers = buffers(self, uniform);

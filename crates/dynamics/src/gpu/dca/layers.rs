@@ -6,7 +6,10 @@
 
 use super::tables::small;
 use core::ops::Range;
-use vertebra_shaders::dca::item;
+use vertebra_shaders::dca::{RECORD, item};
+
+/// What tables say of a join.
+pub(super) type Record = [u32; RECORD as usize];
 
 /// What is done in a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +17,8 @@ pub(super) enum Item {
     Chunk(usize),
     Join(usize),
     Sum(usize),
+    /// A chunk of the first round, in kinematics.
+    Leading(usize),
 }
 
 /// What is done in which rounds.
@@ -31,6 +36,8 @@ pub(super) struct Rounds {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Width {
     pub(super) lanes: usize,
+    /// The same where there is only one.
+    pub(super) top: usize,
     /// Lanes that a join takes; other items take one.
     pub(super) join: usize,
     /// Rounds that it goes through at most where there are others.
@@ -41,7 +48,7 @@ impl Width {
     fn of(&self, item: Item) -> usize {
         match item {
             Item::Join(_) => self.join,
-            Item::Chunk(_) | Item::Sum(_) => 1,
+            Item::Chunk(_) | Item::Sum(_) | Item::Leading(_) => 1,
         }
     }
 }
@@ -57,6 +64,8 @@ pub(super) struct Layered {
     pub(super) starts: u32,
     /// Whether there is anything but joins.
     pub(super) mixed: bool,
+    /// Whether anything is done on the way down.
+    pub(super) down: bool,
 }
 
 impl Rounds {
@@ -83,34 +92,61 @@ impl Rounds {
     /// Items are numbered chunks first, then joins, then sums.
     const fn number(&self, item: Item) -> usize {
         match item {
-            Item::Chunk(chunk) => chunk,
+            Item::Chunk(chunk) | Item::Leading(chunk) => chunk,
             Item::Join(join) => self.chunks + join,
             Item::Sum(sum) => self.chunks + self.joins + sum,
         }
     }
 
-    /// The rounds after the first in dispatches of a few rounds each, but for the last, which takes
-    /// all that one workgroup is wide enough for. Their tables are added to `words`.
-    pub(super) fn layers(&self, width: &Width, words: &mut Vec<u32>) -> Vec<Layered> {
+    /// Tells the first round's chunks from others.
+    pub(super) fn lead(&mut self) {
+        for (item, _) in self.items.iter_mut().take(1).flatten() {
+            if let Item::Chunk(chunk) = *item {
+                *item = Item::Leading(chunk);
+            }
+        }
+    }
+
+    /// The rounds from `start` on in dispatches of a few rounds each, but for the last, which takes
+    /// all that one workgroup is wide enough for. Their tables are added to `words`, with what `record`
+    /// says of joins.
+    pub(super) fn layers(
+        &self,
+        start: usize,
+        width: &Width,
+        record: &dyn Fn(usize) -> Record,
+        words: &mut Vec<u32>,
+    ) -> Vec<Layered> {
         let end = self.items.len();
         let wide = |round: &usize| {
             let items = self.items[*round].iter();
-            items.map(|&(item, _)| width.of(item)).sum::<usize>() > width.lanes
+            items.map(|&(item, _)| width.of(item)).sum::<usize>() > width.top
         };
-        let top = (1..end).rev().find(wide).map_or(1, |round| round + 1);
+        let top = (start..end).rev().find(wide);
+        let top = top.map_or(start, |round| round + 1);
         let mut layers = Vec::new();
-        let count = (top - 1).div_ceil(width.rounds);
+        let count = (top - start).div_ceil(width.rounds);
         for layer in 0..count {
-            let bound = |layer: usize| 1 + (top - 1) * layer / count;
-            layers.push(self.layer(bound(layer)..bound(layer + 1), width, words));
+            let bound = |layer: usize| start + (top - start) * layer / count;
+            layers.push(self.layer(bound(layer)..bound(layer + 1), width, record, words));
         }
         if top < end {
-            layers.push(self.layer(top..end, width, words));
+            let width = Width {
+                lanes: width.top,
+                ..*width
+            };
+            layers.push(self.layer(top..end, &width, record, words));
         }
         layers
     }
 
-    fn layer(&self, rounds: Range<usize>, width: &Width, words: &mut Vec<u32>) -> Layered {
+    fn layer(
+        &self,
+        rounds: Range<usize>,
+        width: &Width,
+        record: &dyn Fn(usize) -> Record,
+        words: &mut Vec<u32>,
+    ) -> Layered {
         let groups = self.groups(&rounds, width);
         let others = |item: &&Item| !matches!(item, Item::Join(_));
         let joins = |item: &&Item| matches!(item, Item::Join(_));
@@ -119,6 +155,8 @@ impl Rounds {
             rounds: small(rounds.len()),
             starts: small(words.len()),
             mixed: groups.iter().flatten().flatten().any(|item| others(&item)),
+            down: (groups.iter().flatten().flatten())
+                .any(|item| matches!(item, Item::Join(_) | Item::Chunk(_))),
         };
         let mut at = words.len() + groups.len() * (2 * rounds.len() + 1);
         for group in &groups {
@@ -126,20 +164,24 @@ impl Rounds {
             for round in group {
                 at += round.iter().filter(others).count();
                 words.push(small(at));
-                at += round.iter().filter(joins).count();
+                at += RECORD as usize * round.iter().filter(joins).count();
                 words.push(small(at));
             }
         }
         for round in groups.iter().flatten() {
-            let items = round
-                .iter()
-                .filter(others)
-                .chain(round.iter().filter(joins));
-            words.extend(items.map(|&item| match item {
-                Item::Chunk(chunk) => small(chunk) << 2 | item::CHUNK,
-                Item::Join(join) => small(join) << 2 | item::JOIN,
-                Item::Sum(sum) => small(sum) << 2 | item::SUM,
-            }));
+            for &item in round {
+                match item {
+                    Item::Chunk(chunk) => words.push(small(chunk) << 2 | item::CHUNK),
+                    Item::Sum(sum) => words.push(small(sum) << 2 | item::SUM),
+                    Item::Leading(chunk) => words.push(small(chunk) << 2 | item::LEADING),
+                    Item::Join(_) => {}
+                }
+            }
+            for &item in round {
+                if let Item::Join(join) = item {
+                    words.extend(record(join));
+                }
+            }
         }
         layered
     }
@@ -274,11 +316,13 @@ mod tests {
             let rounds = tree(leaves);
             let width = Width {
                 lanes: 128,
+                top: 256,
                 join: 16,
                 rounds: 3,
             };
             let mut words = vec![7, 7, 7];
-            let layers = rounds.layers(&width, &mut words);
+            let record = |join| [small(join); RECORD as usize];
+            let layers = rounds.layers(1, &width, &record, &mut words);
             // Dispatch, group and round of each item that is done; chunks are done before.
             let mut done = vec![None; rounds.node_count()];
             done[..leaves].fill(Some((usize::MAX, 0, 0)));
@@ -295,15 +339,17 @@ mod tests {
                     let starts = &words[layer.starts as usize + group * table..][..table];
                     for round in 0..layer.rounds as usize {
                         let [first, joins, end] = [0, 1, 2].map(|k| starts[2 * round + k]);
-                        for at in first..end {
+                        let others = (first..joins).map(|at| {
                             let word = words[at as usize];
-                            let (kind, index) = (word & 3, (word >> 2) as usize);
-                            assert_eq!(kind == item::JOIN, at >= joins);
-                            let item = match kind {
+                            let index = (word >> 2) as usize;
+                            match word & 3 {
                                 item::CHUNK => Item::Chunk(index),
-                                item::JOIN => Item::Join(index),
                                 _ => Item::Sum(index),
-                            };
+                            }
+                        });
+                        let joins = (joins..end).step_by(RECORD as usize);
+                        let joins = joins.map(|at| Item::Join(words[at as usize] as usize));
+                        for item in others.chain(joins) {
                             let number = rounds.number(item);
                             for need in needs(number) {
                                 let (d, g, r) = done[need as usize].unwrap();

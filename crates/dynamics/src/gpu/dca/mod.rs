@@ -3,8 +3,14 @@
 
 mod engine;
 mod layers;
+mod limits;
+mod options;
+mod poses;
 mod scalar;
 mod simulation;
 mod tables;
+mod transfer;
 
-pub use simulation::{Options, PoseBuffer, Simulation};
+pub use options::Options;
+pub use poses::{PendingPoses, PoseBuffer};
+pub use simulation::Simulation;

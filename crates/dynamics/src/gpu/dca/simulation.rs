@@ -1,58 +1,27 @@
 //! A model in motion on a GPU.
 
-use super::engine::{self, Engine, PUSH, PUSHED, PUSHED_SLOTS, STEP_SIZE, STEPS, Task};
+use super::engine::{self, Engine, PUSHED_SLOTS, STEP_SIZE, STEPS, Task};
+use super::limits;
+use super::options::Options;
+use super::poses::{PendingPoses, PoseBuffer, Reading};
+use super::scalar::Scalar;
 use super::tables::Tables;
-use crate::dca::check_precisions;
+use super::transfer::Transfer;
 use crate::dca::plan::{self, Plan};
 use crate::gpu::Explicit;
-use crate::link::{BodyFrame, Scales};
-use crate::{Error, Forces, Integrator, Precision, Wrench};
-use glam::{DQuat, DVec3};
+use crate::link::Scales;
+use crate::{Error, Forces, Integrator, Precision};
 use std::collections::VecDeque;
-use vertebra_assembly::schedule::{Schedule, ScheduleOptions};
-use vertebra_assembly::{JointKind, Model, State};
-use vertebra_gpu::wgpu::Features;
-use vertebra_gpu::{Buffer, Device, Pending, Timing};
-use vertebra_spatial::{Pose, Vec3};
+use vertebra_assembly::schedule::Schedule;
+use vertebra_assembly::{Model, State};
+use vertebra_gpu::{Device, Pending, Timing};
+use vertebra_spatial::Pose;
 
 /// Steps of a program, so that their number does not decide how often one is submitted.
 const BLOCK: usize = 16;
 
 /// Runs under way before the oldest is waited for.
 const UNDER_WAY: usize = 4;
-
-/// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and
-/// beyond these many bodies its joins are memory.
-const SHORT_WINDOW: usize = 4;
-const WINDOW: usize = 8;
-const LONG_CHAIN: usize = 8192;
-
-/// Angle up to which f32 has digits left for sines \[rad\].
-const LARGEST_F32_ANGLE: f64 = 131_072.0;
-
-/// How a model is simulated on a GPU.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Options {
-    /// Precision of kinematics, chunks and the state; none for f64 where the adapter has it, else f32.
-    pub chunks: Option<Precision>,
-    /// Precision of the joins, at most that of the chunks; none for f32.
-    pub tree: Option<Precision>,
-    /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
-    /// 8192 and more.
-    pub schedule: Option<ScheduleOptions>,
-    /// How steps are taken.
-    pub integrator: Integrator,
-}
-
-/// The buffer with all poses: for each body, in the model's order, orientation x, y, z, w, then
-/// position x, y, z \[m\] and 0, those of the body's own frame in the world.
-#[derive(Clone, Debug)]
-pub enum PoseBuffer {
-    /// In f32.
-    F32(Buffer<[f32; 4]>),
-    /// In f64.
-    F64(Buffer<[f64; 4]>),
-}
 
 #[derive(Debug)]
 enum Engines {
@@ -103,31 +72,26 @@ impl Simulation {
     /// Uploads a model, in the neutral state.
     ///
     /// # Errors
-    /// [`Error::LoopsUnavailable`] for a model with loops or couplings; [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
-    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Model`] for a bad schedule; [`Error::Gpu`], among
-    /// others where a buffer exceeds the adapter's limits.
+    /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
+    /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
+    /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
+    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`];
+    /// [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
-        crate::loops::refuse_loops(model, "a GPU")?;
-        let precisions = precisions(device, options)?;
+        crate::gpu::check_model(model)?;
+        let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
         let weights = plan::weights(model, tree.epsilon());
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
-        let window = if parents.len() < LONG_CHAIN {
-            SHORT_WINDOW
-        } else {
-            WINDOW
-        };
-        let gathering = options
-            .schedule
-            .unwrap_or(ScheduleOptions::with_window(window));
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
-        let schedule = Schedule::of_tree(&parents, &cuts, &gathering)?;
-        let tables = Tables::new(model, &Plan::new(model, schedule, &weights));
+        let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
+        let plan = Plan::new(model, schedule, &weights);
+        let tables = Tables::new(model, &plan, tree, options.sweeps);
         let engines = match (chunks, tree) {
-            (Precision::F32, _) => Engines::F32(Engine::new(device, &tables)?),
-            (_, Precision::F32) => Engines::Mixed(Engine::new(device, &tables)?),
-            _ => Engines::F64(Engine::new(device, &tables)?),
+            (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
+            (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),
+            _ => Engines::F64(engine(device, &tables)?),
         };
         let bodies = model.bodies().len();
         let mut simulation = Self {
@@ -165,6 +129,16 @@ impl Simulation {
         &self.options
     }
 
+    /// Takes further steps by another integrator.
+    ///
+    /// # Errors
+    /// [`Error::IntegratorUnavailable`]; then the old one is kept.
+    pub fn set_integrator(&mut self, integrator: Integrator) -> Result<(), Error> {
+        self.integrator = integrator.try_into()?;
+        self.options.integrator = integrator;
+        Ok(())
+    }
+
     /// Precisions of chunks and of joins.
     #[must_use]
     pub const fn precisions(&self) -> (Precision, Precision) {
@@ -184,7 +158,7 @@ impl Simulation {
     /// precision; then the old one is kept. [`Error::Gpu`].
     pub fn set_state(&mut self, state: &State) -> Result<(), Error> {
         state.check(&self.model)?;
-        let numbers = self.to_device(state)?;
+        let numbers = self.transfer().to_device(state)?;
         in_engine!(&self.engines, engine => engine.write_state(&numbers))?;
         self.time = state.time;
         self.turned = false;
@@ -199,17 +173,7 @@ impl Simulation {
         let tables = &self.tables;
         let numbers =
             in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
-        let (q, qd) = numbers.split_at(tables.positions.len());
-        let mut state = State::neutral(&self.model);
-        for (&at, &number) in tables.positions.iter().zip(q) {
-            state.q[at as usize] = number;
-        }
-        for (&at, &number) in tables.dofs.iter().zip(qd) {
-            state.qd[at as usize] = number / self.scales.rate[at as usize];
-        }
-        scale_lengths(&self.model, &mut state.q, self.model.units().length);
-        state.time = self.time;
-        Ok(state)
+        Ok(self.transfer().state_of(&numbers, self.time))
     }
 
     /// The forces that act in the coming steps.
@@ -224,8 +188,9 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
+        crate::gpu::check_forces(&self.model, forces)?;
         let mut control = vec![0; self.control.len()];
-        let pushes = self.pushes(forces, &mut control);
+        let pushes = self.transfer().pushes(forces, &mut control);
         let units = self.model.units();
         let gravity = -self.model.gravity() / units.acceleration();
         let mut numbers = gravity.to_array().to_vec();
@@ -327,6 +292,11 @@ impl Simulation {
     /// [`Error::SingularJoint`], [`Error::Unjoined`], [`Error::Overflow`]; [`Error::Gpu`].
     pub fn accelerations(&mut self) -> Result<Vec<f64>, Error> {
         self.solve()?;
+        self.read_accelerations()
+    }
+
+    /// Reads those that were computed last.
+    pub(crate) fn read_accelerations(&mut self) -> Result<Vec<f64>, Error> {
         let tables = &self.tables;
         let numbers =
             in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
@@ -368,23 +338,23 @@ impl Simulation {
     /// # Errors
     /// [`Error::Gpu`]; [`Error::Overflow`].
     pub fn poses(&mut self) -> Result<Vec<Pose>, Error> {
+        self.begin_poses()?.wait()
+    }
+
+    /// Begins to read where all bodies' own frames are now, and returns at once: what is asked for
+    /// next runs while the poses are on their way.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn begin_poses(&mut self) -> Result<PendingPoses, Error> {
         self.turn()?;
-        let tables = &self.tables;
-        let numbers =
-            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadPoses))?;
-        let poses = numbers.chunks_exact(8).enumerate().map(|(body, n)| {
-            let rotation = DQuat::from_xyzw(n[0], n[1], n[2], n[3]).normalize();
-            let pose = Pose::new(rotation, DVec3::new(n[4], n[5], n[6]));
-            if pose.is_valid() {
-                return Ok(pose);
-            }
-            Err(Error::Overflow {
-                quantity: "pose",
-                body: self.model.bodies()[body].name.clone(),
-                time: self.time,
-            })
-        });
-        poses.collect()
+        let (tables, task) = (&self.tables, Task::ReadPoses);
+        let reading = match &mut self.engines {
+            Engines::F32(engine) => Reading::F32(engine.begin(tables, task)?),
+            Engines::Mixed(engine) => Reading::F64(engine.begin(tables, task)?),
+            Engines::F64(engine) => Reading::F64(engine.begin(tables, task)?),
+        };
+        Ok(PendingPoses::new(reading, &self.model, self.time))
     }
 
     /// The buffer with all poses, up to date after [`step`](Self::step), [`steps`](Self::steps) and
@@ -431,6 +401,15 @@ impl Simulation {
         Ok(in_engine!(&mut self.engines, engine => engine.dispatches(tables, task))?)
     }
 
+    fn transfer(&self) -> Transfer<'_> {
+        Transfer {
+            model: &self.model,
+            tables: &self.tables,
+            scales: &self.scales,
+            precision: self.precisions.0,
+        }
+    }
+
     fn set_step(&mut self, h: f64) -> Result<(), Error> {
         if !h.is_finite() {
             return Err(Error::NonFiniteInput {
@@ -449,7 +428,7 @@ impl Simulation {
     }
 
     /// Kinematics and poses of the state, unless they are there.
-    fn turn(&mut self) -> Result<(), Error> {
+    pub(crate) fn turn(&mut self) -> Result<(), Error> {
         if self.turned {
             return Ok(());
         }
@@ -484,150 +463,9 @@ impl Simulation {
             },
         }
     }
-
-    /// A state as the kernels have it: twice, as it is and to be worked on.
-    fn to_device(&self, state: &State) -> Result<Vec<f64>, Error> {
-        let mut q = state.q.clone();
-        scale_lengths(&self.model, &mut q, 1.0 / self.model.units().length);
-        if self.precisions.0 == Precision::F32 {
-            self.check_angles(state)?;
-        }
-        let positions = self.tables.positions.iter().map(|&at| q[at as usize]);
-        let mut numbers: Vec<f64> = positions.collect();
-        let rates = (self.tables.dofs.iter())
-            .map(|&at| state.qd[at as usize] * self.scales.rate[at as usize]);
-        numbers.extend(rates);
-        if self.precisions.0 == Precision::F32
-            && let Some(at) = numbers.iter().position(|x| x.abs() > f64::from(f32::MAX))
-        {
-            let counts = self.tables.positions.len();
-            let body = self.model.bodies().iter().find(|body| {
-                let (positions, dofs) = (body.position_range(), body.dof_range());
-                match at.checked_sub(counts) {
-                    None => positions.contains(&(self.tables.positions[at] as usize)),
-                    Some(at) => dofs.contains(&(self.tables.dofs[at] as usize)),
-                }
-            });
-            return Err(Error::Overflow {
-                quantity: "position or rate",
-                body: body.map_or_else(String::new, |body| body.name.clone()),
-                time: state.time,
-            });
-        }
-        numbers.extend_from_within(..);
-        Ok(numbers)
-    }
-
-    fn check_angles(&self, state: &State) -> Result<(), Error> {
-        let large = self.model.bodies().iter().find(|body| {
-            let turns = matches!(body.joint.kind, JointKind::Revolute { .. });
-            turns && state.q[body.position_start].abs() > LARGEST_F32_ANGLE
-        });
-        large.map_or(Ok(()), |body| {
-            Err(Error::Overflow {
-                quantity: "angle",
-                body: body.name.clone(),
-                time: state.time,
-            })
-        })
-    }
-
-    /// What pushes each body that is pushed; `control` is given the number of each slot.
-    fn pushes(&self, forces: &Forces, control: &mut [u32]) -> Vec<[f64; PUSH]> {
-        let mut pushes: Vec<[f64; PUSH]> = Vec::new();
-        let units = self.model.units();
-        for (id, wrench) in forces.external() {
-            let slot = self.tables.slots[id.index()] as usize;
-            let number = &mut control[PUSHED_SLOTS + slot];
-            if *number == 0 {
-                pushes.push([0.0; PUSH]);
-                *number = engine::number(pushes.len());
-            }
-            let frame = BodyFrame::<f64>::new(&self.model.bodies()[id.index()], units);
-            let origin = if self.tables.at_center[slot] {
-                frame.center
-            } else {
-                Vec3::ZERO
-            };
-            add_push(
-                &mut pushes[*number as usize - 1],
-                &frame,
-                origin,
-                wrench,
-                units,
-            );
-        }
-        control[PUSHED] = engine::number(pushes.len());
-        pushes
-    }
 }
 
-/// Adds a wrench to what pushes a body, about the handle point `origin`: world axes first, a force, a
-/// moment, and the columns of f a' with its point a in joint axes; then in joint axes force and moment.
-fn add_push(
-    push: &mut [f64; PUSH],
-    frame: &BodyFrame<f64>,
-    origin: Vec3<f64>,
-    wrench: &Wrench,
-    units: &vertebra_assembly::Units,
-) {
-    let force = Vec3::from_glam(wrench.force / units.force());
-    let torque = Vec3::from_glam(wrench.torque / units.energy());
-    let at = match wrench.point {
-        None => frame.center,
-        Some(point) => frame.placement.point(Vec3::from_glam(point / units.length)),
-    };
-    let arm = at - origin;
-    let mut add = |part: usize, v: Vec3<f64>| {
-        for (sum, term) in push[3 * part..].iter_mut().zip(v.to_array()) {
-            *sum += term;
-        }
-    };
-    if wrench.body_axes {
-        let axes = frame.placement.rotation;
-        let (force, torque) = (axes * force, axes * torque);
-        add(5, force);
-        add(6, torque + arm.cross(force));
-    } else {
-        add(0, force);
-        add(1, torque);
-        for (column, along) in arm.to_array().into_iter().enumerate() {
-            add(2 + column, force * along);
-        }
-    }
-}
-
-/// Multiplies those positions that are lengths.
-fn scale_lengths(model: &Model, q: &mut [f64], factor: f64) {
-    for body in model.bodies() {
-        let lengths = match body.joint.kind {
-            JointKind::Prismatic { .. } => 1,
-            JointKind::Free => 3,
-            _ => 0,
-        };
-        for position in &mut q[body.position_start..][..lengths] {
-            *position *= factor;
-        }
-    }
-}
-
-fn precisions(device: &Device, options: &Options) -> Result<(Precision, Precision), Error> {
-    let has_f64 = device.features().contains(Features::SHADER_F64);
-    let best = if has_f64 {
-        Precision::F64
-    } else {
-        Precision::F32
-    };
-    let chunks = options.chunks.unwrap_or(best);
-    let tree = options.tree.unwrap_or(Precision::F32);
-    for asked in [chunks, tree] {
-        if asked == Precision::Reference || asked == Precision::F64 && !has_f64 {
-            return Err(Error::PrecisionUnavailable {
-                adapter: device.info().name.clone(),
-                precision: asked,
-            });
-        }
-    }
-    check_precisions(chunks, tree)?;
-    Ok((chunks, tree))
+fn engine<T: Scalar, L: Scalar>(device: &Device, tables: &Tables) -> Result<Engine<T, L>, Error> {
+    limits::check::<T, L>(tables, &device.limits())?;
+    Ok(Engine::new(device, tables)?)
 }

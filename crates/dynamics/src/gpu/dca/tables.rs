@@ -4,7 +4,8 @@
 //! place in the chunk first, so that lanes that work on neighbouring chunks read neighbouring
 //! memory, and nothing is padded.
 
-use super::layers::{Item, Layered, Rounds, Width};
+use super::layers::{Item, Layered, Record, Rounds, Width};
+use crate::Precision;
 use crate::dca::plan::{Inboard, Outboard, Parent, Part, Plan, Raked};
 use crate::link::Kind;
 use core::ops::Range;
@@ -40,6 +41,8 @@ pub(super) struct Tables {
     pub(super) links: Vec<[f64; 4]>,
     /// Whether joints have several freedoms.
     pub(super) several: bool,
+    /// Corrections of each solution.
+    pub(super) sweeps: usize,
     /// Chunks of the first round.
     pub(super) leading: u32,
     /// How dynamics and kinematics go through the rounds that follow.
@@ -56,7 +59,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    pub(super) fn new(model: &Model, plan: &Plan<f64>) -> Self {
+    pub(super) fn new(model: &Model, plan: &Plan<f64>, tree: Precision, sweeps: usize) -> Self {
         let order = Order::new(plan);
         let rakes = Rakes::new(plan, &order);
         let mut tables = Self {
@@ -64,6 +67,8 @@ impl Tables {
             words: Vec::new(),
             links: Vec::new(),
             several: plan.links.iter().any(|link| link.kind.dof_count() > 1),
+            // Without joins there is nothing to correct.
+            sweeps: if plan.joins.is_empty() { 0 } else { sweeps },
             leading: small(plan.schedule.chunks_in(0).len()),
             work: Vec::new(),
             turn: Vec::new(),
@@ -85,7 +90,8 @@ impl Tables {
             .map(|&old| order.new_slots[old as usize])
             .collect();
         tables.put_slots(model, plan, &order, &rakes);
-        tables.put_chunks(plan, &order);
+        let seams = Seams::new(plan);
+        tables.put_chunks(plan, &order, &rakes, &seams);
         tables.put_joins(plan, &order, &rakes);
         let end = &plan.extents[plan.chunks.len()];
         tables.sizes = Sizes {
@@ -98,25 +104,41 @@ impl Tables {
             inners: small(end.inner),
             leaves: small(end.leaf),
             rakes: small(rakes.heads.len()),
+            single_rakes: small(rakes.chunks),
+            path_rakes: small(rakes.first_sum - rakes.chunks),
             carriers: u32::from(!rakes.heads.is_empty()),
             single: u32::from(plan.links.iter().all(|link| link.kind.dof_count() == 1)),
             #[expect(clippy::cast_possible_truncation, reason = "a power of two")]
             length: model.units().length as f32,
             ..tables.sizes
         };
-        let rounds = rounds(plan, &order, &rakes);
+        let mut rounds = rounds(plan, &order, &rakes);
+        let lanes = match tree {
+            Precision::F32 => WORK_LANES as usize,
+            _ => WORK_LANES as usize / 2,
+        };
         let work = Width {
-            lanes: WORK_LANES as usize,
+            lanes,
+            top: WORK_LANES as usize,
             join: TEAM as usize,
             rounds: WORK_ROUNDS,
         };
         let turn = Width {
             lanes: TURN_LANES as usize,
+            top: TURN_LANES as usize,
             join: 1,
             rounds: TURN_ROUNDS,
         };
-        tables.work = rounds.layers(&work, &mut tables.words);
-        tables.turn = rounds.layers(&turn, &mut tables.words);
+        let joins = Joins {
+            plan,
+            order: &order,
+            rakes: &rakes,
+            seams: &seams,
+        };
+        let words = &mut tables.words;
+        tables.work = rounds.layers(1, &work, &|join| joins.in_dynamics(join), words);
+        rounds.lead();
+        tables.turn = rounds.layers(0, &turn, &|join| joins.in_kinematics(join), words);
         tables
     }
 
@@ -134,6 +156,8 @@ impl Tables {
                 Kind::Prismatic => 2,
                 Kind::Spherical => 3,
                 Kind::Free => 4,
+                // Refused before.
+                Kind::Screw => 5,
             };
             let flag = |is_set, flag| if is_set { flag } else { 0 };
             kinds.push(
@@ -189,11 +213,11 @@ impl Tables {
         self.links = columns.concat();
     }
 
-    fn put_chunks(&mut self, plan: &Plan<f64>, order: &Order) {
+    fn put_chunks(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes, seams: &Seams) {
         let first_jag = self.words.len();
         self.words.extend(&order.jags);
         self.sizes.chunk_words = small(self.words.len());
-        let mut columns: [Vec<u32>; 10] = Default::default();
+        let mut columns: [Vec<u32>; 13] = Default::default();
         for (new, &old) in order.old_chunks.iter().enumerate() {
             let chunk = &plan.chunks[old];
             let (own, next) = (&plan.extents[old], &plan.extents[old + 1]);
@@ -209,17 +233,27 @@ impl Tables {
                 Outboard::Leaf => TO_LEAF,
             };
             let halved = if chunk.last_share < 1.0 { IS_HALVED } else { 0 };
+            let rake = if next.rake > own.rake {
+                small(own.rake)
+            } else {
+                rakes.of_paths[order.new_slots[own.slot] as usize]
+            };
+            let [before, after] = seams.of(plan, Part::Chunk(old));
+            let [under, across] = order.under(plan, chunk.parent);
             let row = [
                 small(first_jag + order.jag_of[new]),
                 small(order.rank_of[new]),
                 small(next.slot - own.slot),
                 inboard,
                 from | to | halved,
-                parent_word(chunk.parent),
+                under,
                 owned(own.node, next.node),
                 owned(own.inner, next.inner),
                 owned(own.leaf, next.leaf),
-                owned(own.rake, next.rake),
+                rake,
+                before,
+                after,
+                across,
             ];
             for (column, word) in columns.iter_mut().zip(row) {
                 column.push(word);
@@ -228,37 +262,11 @@ impl Tables {
         self.words.extend(columns.concat());
     }
 
-    /// Numbers of joins, sums and rakes.
+    /// Cut bodies of joins, numbers of sums and rakes.
     fn put_joins(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes) {
-        let end = &plan.extents[plan.chunks.len()];
-        self.sizes.join_words = small(self.words.len());
-        let mut columns: [Vec<u32>; 9] = Default::default();
-        for (index, join) in plan.joins.iter().enumerate() {
-            let node = |part| match part {
-                Part::Chunk(chunk) => small(plan.extents[chunk].node),
-                Part::Join(join) => small(end.node + join),
-            };
-            let turn = |part| match part {
-                Part::Chunk(chunk) => order.new_chunks[chunk],
-                Part::Join(join) => small(plan.chunks.len() + join),
-            };
-            let slot = |slot: usize| order.new_slots[slot];
-            let row = [
-                node(join.inboard),
-                node(join.outboard),
-                turn(join.inboard),
-                turn(join.outboard),
-                join.head.map_or(NONE, |head| slot(head.slot)),
-                join.head.and_then(|head| head.carrier).map_or(NONE, slot),
-                parent_word(join.parent),
-                slot(join.cut),
-                rakes.of_joins[index],
-            ];
-            for (column, word) in columns.iter_mut().zip(row) {
-                column.push(word);
-            }
-        }
-        self.words.extend(columns.concat());
+        self.sizes.cut_words = small(self.words.len());
+        let cuts = plan.joins.iter().map(|join| order.new_slots[join.cut]);
+        self.words.extend(cuts);
         self.sizes.sum_words = small(self.words.len());
         for (index, parts) in plan.sums.iter().enumerate() {
             self.words.extend(parts.map(|raked| rakes.number(raked)));
@@ -280,12 +288,32 @@ impl Tables {
             + of(s.inners, 16)
             + of(s.leaves, 32)
             + of(s.rakes, 8)
+            + self.kept_len()
+    }
+
+    /// Numbers of four that corrections keep in it.
+    fn kept_len(&self) -> usize {
+        let s = &self.sizes;
+        if self.sweeps == 0 {
+            return 0;
+        }
+        let each = [
+            (s.joins, 6),
+            (s.slots * s.carriers, 2),
+            (s.rakes, 2),
+            (s.path_rakes, 17),
+        ];
+        each.map(|(records, each)| records as usize * each)
+            .into_iter()
+            .sum()
     }
 
     /// Numbers of four in the memory of nodes.
     pub(super) fn nodes_len(&self) -> usize {
         let s = &self.sizes;
-        s.chunk_nodes as usize * 23 + s.joins as usize * (23 + 26 + 5)
+        let (nodes, joins) = (s.chunk_nodes as usize, s.joins as usize);
+        let (changes, factors) = if self.sweeps > 0 { (3, 6) } else { (0, 0) };
+        nodes * (23 + changes) + joins * (23 + 24 + 2 + changes + factors)
     }
 
     /// Where the state that is worked on ends, and accelerations begin.
@@ -301,12 +329,6 @@ impl Tables {
 
 fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
     DQuat::from_mat3(&rotation.to_glam()).normalize().to_array()
-}
-
-fn parent_word(parent: Option<Parent>) -> u32 {
-    parent.map_or(NONE, |Parent { join, outboard }| {
-        2 * small(join) + u32::from(outboard)
-    })
 }
 
 /// How the kernels number chunks and slots, against the plan.
@@ -340,6 +362,27 @@ impl Order {
         order
     }
 
+    /// Where kinematics has what is across a part.
+    fn turn(&self, plan: &Plan<f64>, part: Part) -> u32 {
+        match part {
+            Part::Chunk(chunk) => self.new_chunks[chunk],
+            Part::Join(join) => small(plan.chunks.len() + join),
+        }
+    }
+
+    /// What a part hangs from: what a join hangs from, then what is across another part.
+    fn under(&self, plan: &Plan<f64>, parent: Option<Parent>) -> [u32; 2] {
+        let Some(Parent { join, outboard }) = parent else {
+            return [NONE; 2];
+        };
+        let across = if outboard {
+            self.turn(plan, plan.joins[join].inboard)
+        } else {
+            NONE
+        };
+        [small(join), across]
+    }
+
     fn put_round(&mut self, plan: &Plan<f64>, round: Range<usize>) {
         let mut chunks: Vec<usize> = round.collect();
         chunks.sort_by_key(|&chunk| core::cmp::Reverse(plan.slots_of(chunk).len()));
@@ -364,11 +407,101 @@ impl Order {
     }
 }
 
+/// For each join, those at the cut bodies at the ends of what it puts together.
+struct Seams {
+    /// The join at each cut body, by its slot.
+    at: Vec<u32>,
+    of_joins: Vec<[u32; 2]>,
+}
+
+impl Seams {
+    fn new(plan: &Plan<f64>) -> Self {
+        let mut seams = Self {
+            at: vec![NONE; plan.len()],
+            of_joins: Vec::with_capacity(plan.joins.len()),
+        };
+        for (index, join) in plan.joins.iter().enumerate() {
+            seams.at[join.cut] = small(index);
+        }
+        for join in &plan.joins {
+            let [before, _] = seams.of(plan, join.inboard);
+            let [_, after] = seams.of(plan, join.outboard);
+            seams.of_joins.push([before, after]);
+        }
+        seams
+    }
+
+    /// The joins before and after a part, joins only of those that are known.
+    fn of(&self, plan: &Plan<f64>, part: Part) -> [u32; 2] {
+        let chunk = match part {
+            Part::Chunk(chunk) => chunk,
+            Part::Join(join) => return self.of_joins[join],
+        };
+        let before = match plan.chunks[chunk].inboard {
+            Inboard::Cut(slot) => self.at[slot],
+            _ => NONE,
+        };
+        [before, self.at[plan.slots_of(chunk).end - 1]]
+    }
+}
+
+/// What tables say of joins.
+struct Joins<'a> {
+    plan: &'a Plan<f64>,
+    order: &'a Order,
+    rakes: &'a Rakes,
+    seams: &'a Seams,
+}
+
+impl Joins<'_> {
+    /// As `Seam` of the kernels' rounds of teams has it.
+    fn in_dynamics(&self, index: usize) -> Record {
+        let (plan, order) = (self.plan, self.order);
+        let join = &plan.joins[index];
+        let end = &plan.extents[plan.chunks.len()];
+        let node = |part| match part {
+            Part::Chunk(chunk) => small(plan.extents[chunk].node),
+            Part::Join(join) => small(end.node + join),
+        };
+        let slot = |slot: usize| order.new_slots[slot];
+        let [before, after] = self.seams.of(plan, Part::Join(index));
+        [
+            small(index),
+            node(join.inboard),
+            node(join.outboard),
+            before,
+            after,
+            join.head.map_or(NONE, |head| slot(head.slot)),
+            join.head.and_then(|head| head.carrier).map_or(NONE, slot),
+            self.rakes.of_joins[index],
+        ]
+    }
+
+    /// As `Seam` of the kernels' rounds of lanes has it.
+    fn in_kinematics(&self, index: usize) -> Record {
+        let (plan, order) = (self.plan, self.order);
+        let join = &plan.joins[index];
+        let [under, across] = order.under(plan, join.parent);
+        let carrier = join.head.and_then(|head| head.carrier);
+        [
+            small(index),
+            order.turn(plan, join.inboard),
+            order.turn(plan, join.outboard),
+            under,
+            across,
+            carrier.map_or(NONE, |slot| order.new_slots[slot]),
+            NONE,
+            NONE,
+        ]
+    }
+}
+
 /// How the kernels number what is raked onto bodies: chunks, joins, sums.
 struct Rakes {
     chunks: usize,
-    /// Number of each join that is raked, else none.
+    /// Number of each join that is raked, else none; the same by its head's slot.
     of_joins: Vec<u32>,
+    of_paths: Vec<u32>,
     first_sum: usize,
     /// The head's slot of each, none for sums.
     heads: Vec<u32>,
@@ -383,6 +516,7 @@ impl Rakes {
         let mut rakes = Self {
             chunks: chunks.len(),
             of_joins: vec![NONE; plan.joins.len()],
+            of_paths: vec![NONE; plan.len()],
             first_sum: 0,
             heads: chunks
                 .iter()
@@ -394,8 +528,10 @@ impl Rakes {
             if let (None, Some(head)) = (join.parent, join.head)
                 && head.carrier.is_some()
             {
+                let slot = order.new_slots[head.slot];
                 rakes.of_joins[index] = small(rakes.heads.len());
-                rakes.heads.push(order.new_slots[head.slot]);
+                rakes.of_paths[slot as usize] = small(rakes.heads.len());
+                rakes.heads.push(slot);
                 rakes.makers.push(Part::Join(index));
             }
         }

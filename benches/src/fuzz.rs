@@ -1,0 +1,200 @@
+//! `fuzz`: whatever a model is, what comes back is a number or an error that says why.
+//!
+//! Models are made as unreasonable as the builder lets through ([`wild`]), and everything that can be
+//! asked of one is asked of each ([`ask`]). What is looked for are numbers that are none, and panics;
+//! whether the numbers are right is what the suite and `accuracy` are for.
+
+mod ask;
+mod wild;
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use crate::cli::FuzzArgs;
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::run::Outcome;
+use crate::suite::{self, Figure};
+use ask::Answer;
+
+/// Models between two looks at the clock.
+const BLOCK: u64 = 4096;
+
+/// Failures that are printed, of as many as there are.
+const SHOWN: usize = 20;
+
+/// What came of the questions.
+#[derive(Debug, Default, PartialEq, Eq)]
+struct Tally {
+    /// Models that were built.
+    models: u64,
+    /// Of each question, how often there was an answer, and how often an error of each kind.
+    outcomes: BTreeMap<(&'static str, String), u64>,
+    /// Number of the model, and what went wrong.
+    failures: Vec<(u64, String)>,
+}
+
+impl Tally {
+    fn count(&mut self, question: &'static str, outcome: &str) {
+        *(self.outcomes.entry((question, outcome.to_owned()))).or_default() += 1;
+    }
+
+    fn merge(mut self, other: Self) -> Self {
+        self.models += other.models;
+        for (key, count) in other.outcomes {
+            *self.outcomes.entry(key).or_default() += count;
+        }
+        self.failures.extend(other.failures);
+        self
+    }
+
+    fn answers(&self) -> u64 {
+        let given = self.outcomes.iter().filter(|((_, what), _)| what == ANSWER);
+        given.map(|(_, count)| count).sum()
+    }
+}
+
+/// The outcome of a question that was answered.
+const ANSWER: &str = "answer";
+
+/// Runs `fuzz`.
+///
+/// # Errors
+/// If Ctrl-C cannot be heard.
+pub fn run(arguments: &FuzzArgs) -> anyhow::Result<Outcome> {
+    let interrupt = Interrupt::on_ctrl_c()?;
+    let limit = arguments.seconds.map(Duration::from_secs);
+    let blocks = arguments.models.div_ceil(BLOCK);
+    let mut progress = Progress::new(usize::try_from(blocks).unwrap_or(usize::MAX));
+    let (start, mut tally) = (Instant::now(), Tally::default());
+    for block in 0..blocks {
+        if interrupt.requested() || limit.is_some_and(|limit| start.elapsed() > limit) {
+            break;
+        }
+        let numbers = block * BLOCK..((block + 1) * BLOCK).min(arguments.models);
+        tally = tally.merge(ask_all(arguments.seed, numbers));
+        progress.done(&format!(
+            "{} models, {} failures",
+            tally.models,
+            tally.failures.len()
+        ));
+    }
+    progress.finish();
+    for ((question, outcome), count) in &tally.outcomes {
+        println!("{question:<28} {outcome:<28} {count:>12}");
+    }
+    for (number, failure) in tally.failures.iter().take(SHOWN) {
+        println!("FAIL  model {number} of seed {}: {failure}", arguments.seed);
+    }
+    println!(
+        "{} models, {} answers, {} failures",
+        tally.models,
+        tally.answers(),
+        tally.failures.len()
+    );
+    Ok(if interrupt.requested() {
+        Outcome::Interrupted
+    } else {
+        Outcome::of(tally.failures.is_empty() && tally.answers() > 0)
+    })
+}
+
+/// Some thousand models, as a check of the suite.
+///
+/// # Errors
+/// Never.
+pub fn no_nan() -> suite::Outcome {
+    let tally = ask_all(1, 0..BLOCK);
+    #[expect(clippy::cast_precision_loss, reason = "a count in a figure")]
+    let failures = tally.failures.len() as f64;
+    let what = match tally.failures.first() {
+        Some((number, failure)) => format!("failures, the first of model {number}: {failure}"),
+        None if tally.answers() == 0 => anyhow::bail!("no question was answered"),
+        None => "failures".to_owned(),
+    };
+    Ok(vec![Figure::new(what, failures, 0.0)])
+}
+
+/// Asks everything of the models of these numbers, on the threads of the current rayon pool.
+fn ask_all(seed: u64, numbers: core::ops::Range<u64>) -> Tally {
+    let one = |number: u64| {
+        let mut tally = Tally::default();
+        let asked = catch_unwind(AssertUnwindSafe(|| ask_one(seed, number, &mut tally)));
+        if asked.is_err() {
+            tally.failures.push((number, "a panic".to_owned()));
+        }
+        tally
+    };
+    let tallies: Vec<Tally> = numbers.into_par_iter().map(one).collect();
+    tallies.into_iter().fold(Tally::default(), Tally::merge)
+}
+
+fn ask_one(seed: u64, number: u64, tally: &mut Tally) {
+    let case = match wild::Case::new(seed, number) {
+        Ok(case) => case,
+        Err(error) => {
+            tally.count("model", kind(&format!("{error:?}")));
+            return;
+        }
+    };
+    tally.models += 1;
+    let mut failures = Vec::new();
+    ask::everything(&case, |question, answer| match answer {
+        Answer::Numbers => tally.count(question, ANSWER),
+        Answer::Refused(error) => tally.count(question, kind(&format!("{error:?}"))),
+        Answer::Broken(what) => failures.push((number, format!("{question}: {what}"))),
+    });
+    tally.failures.extend(failures);
+}
+
+/// Name of an error's kind: what its debug form starts with.
+fn kind(debug: &str) -> &str {
+    let end = debug.find(|c: char| !c.is_alphanumeric());
+    &debug[..end.unwrap_or(debug.len())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_models_give_the_same_counts_on_any_number_of_threads() {
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            pool.build().unwrap().install(|| ask_all(3, 0..200))
+        };
+        let one = with(1);
+        assert_eq!(one, with(3));
+        assert!(one.models > 100 && one.answers() > 1000, "{one:?}");
+    }
+
+    /// Wild, but not so wild that all is refused, nor so tame that nothing is.
+    #[test]
+    fn there_are_answers_and_refusals_of_several_kinds() {
+        let tally = ask_all(7, 0..600);
+        let kinds: std::collections::BTreeSet<&str> = tally
+            .outcomes
+            .keys()
+            .map(|(_, kind)| kind.as_str())
+            .collect();
+        assert!(kinds.len() >= 4, "{kinds:?}");
+        let of = |question: &str| {
+            let key = (question, ANSWER.to_owned());
+            tally
+                .outcomes
+                .iter()
+                .find(|((q, what), _)| (*q, what.clone()) == key)
+        };
+        assert!(of("aba f64").is_some_and(|(_, &count)| count > 100));
+    }
+
+    #[test]
+    fn kinds_are_the_names_of_errors() {
+        assert_eq!(kind("Overflow { quantity: 1 }"), "Overflow");
+        assert_eq!(kind("Model(Empty)"), "Model");
+        assert_eq!(kind("Plain"), "Plain");
+    }
+}

@@ -1,0 +1,73 @@
+//! What acts in a joint of its own accord: springs, and what keeps it in its range.
+
+use glam::DQuat;
+use serde::{Deserialize, Serialize};
+
+/// A linear spring across a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spring {
+    /// Force a displacement [N m/rad or N/m], of a spherical joint in all directions.
+    pub stiffness: f64,
+    /// Where it is at rest.
+    pub rest: Rest,
+}
+
+/// The position in which a spring is at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Rest {
+    /// Of a joint with one freedom [rad or m].
+    Position(f64),
+    /// Of a spherical joint: the child's orientation.
+    Orientation(DQuat),
+}
+
+impl Spring {
+    /// A spring of a joint with one freedom, at rest at a position [rad or m].
+    #[must_use]
+    pub const fn at(stiffness: f64, position: f64) -> Self {
+        Self {
+            stiffness,
+            rest: Rest::Position(position),
+        }
+    }
+
+    /// A spring of a spherical joint, at rest in an orientation of the child.
+    #[must_use]
+    pub const fn turned(stiffness: f64, orientation: DQuat) -> Self {
+        Self {
+            stiffness,
+            rest: Rest::Orientation(orientation),
+        }
+    }
+}
+
+/// What keeps a joint with one freedom in the range of its limits.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum Stop {
+    /// An impulse, which lets the joint come to the limit and no further.
+    Hard {
+        /// Speed after an impact as part of that before, 0 to 1.
+        restitution: f64,
+    },
+    /// A spring and a damper that act beyond the limit, outwards never.
+    Soft {
+        /// Force a displacement beyond the limit [N m/rad or N/m].
+        stiffness: f64,
+        /// Force a speed beyond the limit [N m s/rad or N s/m].
+        damping: f64,
+    },
+}
+
+impl Stop {
+    /// A hard stop that takes all speed out.
+    pub const HARD: Self = Self::Hard { restitution: 0.0 };
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self::HARD
+    }
+}

@@ -1,0 +1,377 @@
+//! What acts in the joints: springs, dampers, dry friction, rotors, stops and motors.
+//!
+//! Every element comes down to two numbers a freedom, found at the start of a step: a joint force, and an
+//! inertia of the freedom's own ([`Forces::joint_inertia`]) by which the step is implicit. With k, c the
+//! sums of stiffness and damping and q0 the rest,
+//!
+//! tau = -k (q + h qd - q0) - c qd,   E = rotor + h c + h^2 k,
+//!
+//! which is the force at the end of the step, -k (q + h v - q0) - c v with v = qd + h qdd, so that no
+//! spring or gain is too stiff (linearly implicit Euler). Friction, stops and motors are bounded too:
+//! f(v) = min(max(at - slope v, least), most). Which part of this a joint is on is found by solving:
+//! a solution whose rates belong to other parts is thrown away and those parts are taken (the iteration
+//! of Newton for a piecewise linear system; steps remember their parts, so that most need one solution).
+//!
+//! - **Friction** F: Coulomb's law, with a slope of F over a rate of 1e-5 in the model's units, below
+//!   which a joint that sticks creeps. It never reverses a motion.
+//! - **Hard stops**: a step ends at the bound and not beyond it, by a force of whatever size that takes,
+//!   which only ever points inwards; with restitution e > 0 a joint that would pass the bound leaves it
+//!   with e times its rate. Rates are met to a part of about 1e-7 of what the stop takes out (f64). A joint
+//!   that starts outside of its range is brought back at one unit of rate at most.
+//! - **Soft stops**: a spring and a damper beyond the bound, never pulling.
+//! - **Motors** ([`Motor`]): feed-forward, rate and position, within a limit.
+//!
+//! Accelerations asked for without a step, and the stages of other integrators than
+//! [`SemiImplicitEuler`](crate::Integrator::SemiImplicitEuler), have h = 0: forces as they are now, and
+//! the inertia of rotors alone. Hard stops then do nothing, and those integrators refuse to step with them
+//! or with friction, whose forces jump.
+
+mod freedom;
+mod law;
+mod motor;
+
+pub use motor::Motor;
+
+use crate::{Error, Forces, Integrator, Solver};
+use freedom::{Ball, Freedom, Moment};
+use vertebra_assembly::{BodyId, JointKind, Model, State};
+
+/// Solutions of one step at most. Parts settle one after another where joints do not push each other
+/// about, so a few do; what has not settled is taken as it is.
+const PASSES: usize = 12;
+
+/// Work done since the start \[J\], by the forces at the end of each step over the way that the mean rate
+/// makes: exact for the kinetic energy of joints whose inertia is constant, and to first order in the step
+/// for others.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Work {
+    /// Of motors.
+    pub motors: f64,
+    /// Of springs; what they store ([`Stored`]) is less this much, to first order in the step.
+    pub springs: f64,
+    /// Of dampers: never positive but for rounding where steps are short.
+    pub dampers: f64,
+    /// Of dry friction.
+    pub friction: f64,
+    /// Of stops.
+    pub stops: f64,
+}
+
+impl Work {
+    /// All of it \[J\].
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.motors + self.springs + self.dampers + self.friction + self.stops
+    }
+}
+
+/// Energy that elements hold \[J\], which [`Mechanics`](crate::Mechanics) does not know of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stored {
+    /// Potential energy of springs.
+    pub springs: f64,
+    /// Kinetic energy of rotors.
+    pub rotors: f64,
+}
+
+/// The elements of a model's joints, and its motors. [`Simulation`](crate::Simulation) has one where
+/// there is something to do; the algorithms know no elements, and take what [`load`](Self::load) makes of
+/// them.
+///
+/// ```
+/// use glam::DVec3;
+/// use vertebra_assembly::{Joint, MassProperties, ModelDescription, State};
+/// use vertebra_dynamics::{Elements, Forces, Precision, Workspace, aba};
+///
+/// let joint = Joint::prismatic(DVec3::X).with_damping(3.0).with_armature(1.0);
+/// let mass = MassProperties::sphere(2.0, 0.1);
+/// let model = ModelDescription::new("slide").body("cart", None, joint, mass).build()?;
+/// let mut state = State::neutral(&model);
+/// state.qd[0] = 2.0;
+///
+/// let mut elements = Elements::new(&model);
+/// let loaded = elements.load(&state, &Forces::none(&model), 0.0)?;
+/// let mut workspace = Workspace::new(&model, Precision::F64);
+/// let qdd = aba(&model, &state, loaded, &mut workspace)?;
+/// assert_eq!(qdd, [-3.0 * 2.0 / (2.0 + 1.0)]);
+/// # Ok::<(), vertebra_dynamics::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Elements {
+    model: Model,
+    freedoms: Vec<Freedom>,
+    balls: Vec<Ball>,
+    /// Index into `freedoms` of each body with one freedom.
+    of_body: Vec<Option<u32>>,
+    /// Those of the freedoms that have anything to compute.
+    active: Vec<u32>,
+    loaded: Forces,
+    qdd: Vec<f64>,
+    work: Work,
+    solutions: usize,
+}
+
+impl Elements {
+    /// The elements that the model's joints state, all motors off.
+    #[must_use]
+    pub fn new(model: &Model) -> Self {
+        let moved = freedom::moved(model);
+        let mut freedoms = Vec::new();
+        let mut of_body = vec![None; model.bodies().len()];
+        for (id, body) in model.body_ids().zip(model.bodies()) {
+            if body.dof_range().len() == 1 {
+                of_body[id.index()] = u32::try_from(freedoms.len()).ok();
+                freedoms.push(Freedom::new(model, id, body, moved[id.index()]));
+            }
+        }
+        let is_ball = |kind| kind == JointKind::Spherical;
+        let balls = model
+            .bodies()
+            .iter()
+            .filter(|body| is_ball(body.joint.kind));
+        let mut elements = Self {
+            balls: balls.filter_map(Ball::new).collect(),
+            active: Vec::with_capacity(freedoms.len()),
+            freedoms,
+            of_body,
+            loaded: Forces::none(model),
+            qdd: vec![0.0; model.dof_count()],
+            work: Work::default(),
+            solutions: 0,
+            model: model.clone(),
+        };
+        elements.loaded.joint_inertia = vec![0.0; model.dof_count()];
+        elements.list_active();
+        elements
+    }
+
+    fn list_active(&mut self) {
+        self.active.clear();
+        let busy = (0..).zip(&self.freedoms);
+        let busy = busy.filter(|(_, freedom)| !freedom.is_idle());
+        self.active.extend(busy.map(|(index, _): (u32, _)| index));
+    }
+
+    /// Whether there is nothing to compute: no elements, all motors off.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.active.is_empty() && self.balls.is_empty()
+    }
+
+    /// Sets the motor of a body's joint, which must have one freedom.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; the motor is then as it was.
+    pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
+        let index = self.freedom_of(body)?;
+        motor.check(&self.model.bodies()[body.index()].name)?;
+        let freedom = &mut self.freedoms[index];
+        let was_idle = freedom.is_idle();
+        freedom.motor = motor;
+        if was_idle != freedom.is_idle() {
+            self.list_active();
+        }
+        Ok(())
+    }
+
+    /// The motor of a body's joint.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`].
+    pub fn motor(&self, body: BodyId) -> Result<&Motor, Error> {
+        Ok(&self.freedoms[self.freedom_of(body)?].motor)
+    }
+
+    fn freedom_of(&self, body: BodyId) -> Result<usize, Error> {
+        let known = self.model.body(body).ok_or_else(|| Error::UnknownBody {
+            model: self.model.name().to_owned(),
+            body: body.index(),
+        })?;
+        match self.of_body[body.index()] {
+            Some(index) => Ok(index as usize),
+            None => Err(Error::NoMotor {
+                body: known.name.clone(),
+            }),
+        }
+    }
+
+    /// The given forces with what the elements make of a step of `h` \[s\] from a state, or with their
+    /// forces as they are now for h = 0. Bounded elements are on the parts of their laws on which the last
+    /// step ended.
+    ///
+    /// # Errors
+    /// [`Error`] if state or forces do not fit the model, or the step is negative.
+    pub fn load(&mut self, state: &State, forces: &Forces, h: f64) -> Result<&Forces, Error> {
+        state.check(&self.model)?;
+        forces.check(&self.model)?;
+        self.check_step(h)?;
+        self.loaded.set_external(forces);
+        self.begin(state, h, f64::EPSILON);
+        self.gather(state, forces, h, f64::EPSILON);
+        Ok(&self.loaded)
+    }
+
+    /// Work done by the elements in the steps taken so far.
+    #[must_use]
+    pub const fn work(&self) -> &Work {
+        &self.work
+    }
+
+    /// Energy that springs and rotors hold.
+    ///
+    /// # Errors
+    /// [`Error`] if the state does not fit the model.
+    pub fn stored(&self, state: &State) -> Result<Stored, Error> {
+        state.check(&self.model)?;
+        let mut sum = Stored::default();
+        let mut add = |[spring, rotor]: [f64; 2]| {
+            sum.springs += spring;
+            sum.rotors += rotor;
+        };
+        for freedom in self.freedoms.iter().filter(|freedom| !freedom.is_idle()) {
+            add(freedom.stored(state.q[freedom.q], state.qd[freedom.dof]));
+        }
+        for ball in &self.balls {
+            add(ball.stored(&state.q, &state.qd));
+        }
+        Ok(sum)
+    }
+
+    /// Solutions that the last step took \[count\].
+    #[must_use]
+    pub const fn solutions(&self) -> usize {
+        self.solutions
+    }
+
+    /// Refuses integrators that take elements at their stages where some jump.
+    pub(crate) fn check_integrator(&self, integrator: Integrator) -> Result<(), Error> {
+        if integrator == Integrator::SemiImplicitEuler {
+            return Ok(());
+        }
+        let mut active = self
+            .active
+            .iter()
+            .map(|&index| &self.freedoms[index as usize]);
+        match active.find(|freedom| freedom.is_rough()) {
+            None => Ok(()),
+            Some(freedom) => Err(Error::RoughElement {
+                body: self.name(freedom),
+                integrator,
+            }),
+        }
+    }
+
+    fn check_step(&self, h: f64) -> Result<(), Error> {
+        if h.is_finite() && h >= 0.0 {
+            return Ok(());
+        }
+        let first = self
+            .active
+            .first()
+            .map(|&index| &self.freedoms[index as usize]);
+        Err(Error::StepBack {
+            body: first.map_or_else(|| self.model.name().to_owned(), |first| self.name(first)),
+            step: h,
+        })
+    }
+
+    fn name(&self, freedom: &Freedom) -> String {
+        self.model.bodies()[freedom.body as usize].name.clone()
+    }
+
+    /// Accelerations with the elements' part, implicit in a step of h, or explicit for h = 0.
+    pub(crate) fn solve(
+        &mut self,
+        solver: &mut Solver,
+        state: &State,
+        forces: &Forces,
+        h: f64,
+    ) -> Result<&[f64], Error> {
+        self.check_step(h)?;
+        state.check(&self.model)?;
+        forces.check(&self.model)?;
+        let epsilon = solver.choice().tree.epsilon();
+        self.loaded.set_external(forces);
+        self.begin(state, h, epsilon);
+        self.solutions = 0;
+        loop {
+            self.gather(state, forces, h, epsilon);
+            let qdd = solver.forward_dynamics(&self.model, state, &self.loaded)?;
+            self.qdd.copy_from_slice(qdd);
+            self.solutions += 1;
+            if h == 0.0 || self.solutions == PASSES || !self.follow(state, h, epsilon) {
+                return Ok(&self.qdd);
+            }
+        }
+    }
+
+    /// Adds the work of the step that the last solution made.
+    pub(crate) fn account(&mut self, state: &State, h: f64, epsilon: f64) {
+        for &index in &self.active {
+            let freedom = &self.freedoms[index as usize];
+            let now = moment(freedom, state, h, epsilon);
+            let v = now.qd + h * self.qdd[freedom.dof];
+            freedom.account(&now, v, &mut self.work);
+        }
+        for ball in &self.balls {
+            let qdd = &self.qdd;
+            ball.account(&state.q, &state.qd, qdd, h, &mut self.work);
+        }
+    }
+
+    fn begin(&mut self, state: &State, h: f64, epsilon: f64) {
+        for &index in &self.active {
+            let freedom = &mut self.freedoms[index as usize];
+            let now = moment(freedom, state, h, epsilon);
+            freedom.begin(&now);
+        }
+    }
+
+    fn gather(&mut self, state: &State, forces: &Forces, h: f64, epsilon: f64) {
+        let Forces {
+            joint,
+            joint_inertia,
+            ..
+        } = &mut self.loaded;
+        joint.copy_from_slice(&forces.joint);
+        if forces.joint_inertia.is_empty() {
+            joint_inertia.fill(0.0);
+        } else {
+            joint_inertia.copy_from_slice(&forces.joint_inertia);
+        }
+        for &index in &self.active {
+            let freedom = &self.freedoms[index as usize];
+            let [force, inertia] = freedom.load(&moment(freedom, state, h, epsilon));
+            joint[freedom.dof] += force;
+            joint_inertia[freedom.dof] += inertia;
+        }
+        for ball in &self.balls {
+            let (force, inertia) = ball.load(&state.q, &state.qd, h);
+            for (k, force) in force.into_iter().enumerate() {
+                joint[ball.dof + k] += force;
+                joint_inertia[ball.dof + k] += inertia;
+            }
+        }
+    }
+
+    /// Takes the parts that the solution asks for; whether they are others.
+    fn follow(&mut self, state: &State, h: f64, epsilon: f64) -> bool {
+        let mut changed = false;
+        for &index in &self.active {
+            let freedom = &mut self.freedoms[index as usize];
+            let (qd, dv) = (state.qd[freedom.dof], h * self.qdd[freedom.dof]);
+            let tolerance = 4.0 * epsilon * (qd.abs() + dv.abs());
+            changed |= freedom.follow(qd + dv, tolerance);
+        }
+        changed
+    }
+}
+
+fn moment(freedom: &Freedom, state: &State, h: f64, epsilon: f64) -> Moment {
+    Moment {
+        q: state.q[freedom.q],
+        qd: state.qd[freedom.dof],
+        h,
+        firmness: 0.1 / epsilon.sqrt(),
+    }
+}

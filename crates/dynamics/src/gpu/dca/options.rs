@@ -1,0 +1,75 @@
+//! What a simulation on a GPU is asked for.
+
+use crate::dca::check_precisions;
+use crate::{Error, Integrator, Precision};
+use vertebra_assembly::schedule::ScheduleOptions;
+use vertebra_gpu::Device;
+use vertebra_gpu::wgpu::Features;
+
+/// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and
+/// beyond these many bodies its joins are memory; with corrections accuracy counts.
+const SHORT_WINDOW: usize = 4;
+const WINDOW: usize = 8;
+const LONG_CHAIN: usize = 8192;
+
+/// Corrections after which a solution has all the digits of its chunks.
+const MOST_SWEEPS: usize = 3;
+
+/// How a model is simulated on a GPU.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Precision of kinematics, chunks and the state; none for f64 where the adapter has it, else f32.
+    pub chunks: Option<Precision>,
+    /// Precision of the joins, at most that of the chunks; none for f32.
+    pub tree: Option<Precision>,
+    /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
+    /// 8192 and more or with corrections.
+    pub schedule: Option<ScheduleOptions>,
+    /// How steps are taken.
+    pub integrator: Integrator,
+    /// Corrections of every solution by what it leaves of the bodies' equations, at most 3; each gains
+    /// the digits that the joins have, up to those of the chunks, which have to be in f64.
+    pub sweeps: usize,
+}
+
+impl Options {
+    /// How so many bodies are gathered.
+    pub(super) fn gathering(&self, bodies: usize) -> ScheduleOptions {
+        // In chunks of few joints a heavy body's inertia drowns those of light ones before it.
+        let window = if bodies < LONG_CHAIN && self.sweeps == 0 {
+            SHORT_WINDOW
+        } else {
+            WINDOW
+        };
+        self.schedule
+            .unwrap_or(ScheduleOptions::with_window(window))
+    }
+
+    /// Precisions of chunks and of joins on a device.
+    pub(crate) fn precisions(&self, device: &Device) -> Result<(Precision, Precision), Error> {
+        let has_f64 = device.features().contains(Features::SHADER_F64);
+        let best = if has_f64 {
+            Precision::F64
+        } else {
+            Precision::F32
+        };
+        let chunks = self.chunks.unwrap_or(best);
+        let tree = self.tree.unwrap_or(Precision::F32);
+        for asked in [chunks, tree] {
+            if asked == Precision::Reference || asked == Precision::F64 && !has_f64 {
+                return Err(Error::PrecisionUnavailable {
+                    adapter: device.info().name.clone(),
+                    precision: asked,
+                });
+            }
+        }
+        check_precisions(chunks, tree)?;
+        if self.sweeps > MOST_SWEEPS || self.sweeps > 0 && chunks == Precision::F32 {
+            return Err(Error::Sweeps {
+                sweeps: self.sweeps,
+                chunks,
+            });
+        }
+        Ok((chunks, tree))
+    }
+}

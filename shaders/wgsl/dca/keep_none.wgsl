@@ -1,0 +1,25 @@
+// For solutions that are not corrected.
+
+const IS_KEPT = false;
+const OUTBOARD = 4u;
+const INBOARD_SIDE = 2u;
+
+fn force_at(join: u32) -> Force { return acting(join); }
+
+fn keep_number(join: u32, own: u32, number: real) {}
+
+fn keep_factor(join: u32, factor: Cholesky6) {}
+
+fn keep_end(join: u32, side: u32, a: Motion) {}
+
+fn keep_head(chunk: u32, ends: Ends) {}
+
+fn put_head(rake: u32, node: Node) {}
+
+fn put_handle(slot: u32, handle: Motion) {
+    let at = carriers_at() + slot;
+    put(at + sizes.slots, vec4<real>(handle.angular, 0.0));
+    put(at + 2u * sizes.slots, vec4<real>(handle.linear, 0.0));
+}
+
+fn hanging_again(head: u32, carrier: u32) -> Force { return hanging(head, carrier); }
