@@ -9,8 +9,8 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, meshes,
-    model, needs, queries, scaling,
+    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, loops,
+    meshes, model, needs, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -144,6 +144,7 @@ struct Subjects {
     needs: Vec<model::Subject>,
     lengths: Option<chunks::Subject>,
     batches: Vec<batch::Subject>,
+    loops: Vec<loops::Subject>,
     gpu_batches: Option<batch_gpu::Subject>,
     meshes: Vec<meshes::Subject>,
     queries: Option<queries::Subject>,
@@ -174,6 +175,11 @@ impl Subjects {
             },
             batches: if arguments.wants(batch::NAME) && arguments.wants_backend("cpu") {
                 batch::subjects(&selection)?
+            } else {
+                Vec::new()
+            },
+            loops: if arguments.wants(loops::NAME) && arguments.wants_backend("cpu") {
+                loops::subjects(&selection)?
             } else {
                 Vec::new()
             },
@@ -227,6 +233,9 @@ impl Subjects {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.batches {
+            list.extend(subject.measurements(selection));
+        }
+        for subject in &self.loops {
             list.extend(subject.measurements(selection));
         }
         if let Some(subject) = &self.gpu_batches {
