@@ -9,8 +9,8 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, meshes,
-    model, queries, scaling,
+    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints,
+    meshes, model, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -137,6 +137,7 @@ fn write_further(arguments: &BenchArgs, subjects: &Subjects, interrupt: &Interru
 struct Subjects {
     models: Vec<model::Subject>,
     lengths: Option<chunks::Subject>,
+    joints: Option<joints::Subject>,
     batches: Vec<batch::Subject>,
     gpu_batches: Option<batch_gpu::Subject>,
     meshes: Vec<meshes::Subject>,
@@ -158,6 +159,11 @@ impl Subjects {
             models: models(arguments)?,
             lengths: if arguments.wants(chunks::NAME) {
                 Some(chunks::Subject::new(arguments.seed)?)
+            } else {
+                None
+            },
+            joints: if arguments.wants(joints::NAME) && arguments.wants_backend("cpu") {
+                Some(joints::Subject::new(arguments.seed)?)
             } else {
                 None
             },
@@ -212,6 +218,9 @@ impl Subjects {
             }
         }
         if let Some(subject) = &self.lengths {
+            list.extend(subject.measurements(selection));
+        }
+        if let Some(subject) = &self.joints {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.batches {
@@ -286,7 +295,12 @@ fn models(arguments: &BenchArgs) -> anyhow::Result<Vec<model::Subject>> {
         let robot = urdf::read(path, &options)?;
         print_robot(&robot);
         let name = format!("model {}", robot.model.name());
-        subjects.push(model::Subject::new(&name, robot.model, arguments.seed));
+        // What is in its joints is left out: other programs' rows have none of it either.
+        subjects.push(model::Subject::new(
+            &name,
+            robot.model.bare(),
+            arguments.seed,
+        ));
     }
     if arguments.wants(chain::NAME) {
         subjects.extend(chain::subjects(&arguments.selection())?);

@@ -12,6 +12,7 @@ pub mod closeness;
 pub mod error_inputs;
 pub mod error_table;
 pub mod gpu;
+pub mod joints;
 pub mod meshes;
 pub mod model;
 pub mod published;

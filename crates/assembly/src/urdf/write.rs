@@ -2,7 +2,7 @@
 
 use crate::model::Body;
 use crate::xml::{EXTENSION, from_roll_pitch_yaw};
-use crate::{BodyId, JointKind, MassProperties, Model};
+use crate::{BodyId, JointKind, MassProperties, Model, Stop};
 use core::fmt::{self, Write as _};
 use glam::{DQuat, DVec3};
 use thiserror::Error;
@@ -177,13 +177,28 @@ fn write_joint(
         JointKind::Revolute { axis } if has_range => ("revolute", Some(axis)),
         JointKind::Revolute { axis } => ("continuous", Some(axis)),
         JointKind::Prismatic { axis } => ("prismatic", Some(axis)),
-        JointKind::Spherical => {
+        JointKind::Spherical | JointKind::Screw { .. } => {
+            let kind = match joint.kind {
+                JointKind::Spherical => "spherical",
+                _ => "screw",
+            };
             return Err(WriteError::JointKind {
                 body: named(),
-                kind: "spherical",
+                kind,
             });
         }
     };
+    let beyond = [
+        (joint.armature != 0.0, "the armature"),
+        (joint.spring.is_some(), "the spring"),
+        (joint.stop != Stop::HARD, "the stop"),
+    ];
+    if let Some(&(_, property)) = beyond.iter().find(|(has, _)| *has) {
+        return Err(WriteError::Property {
+            body: named(),
+            property,
+        });
+    }
     open_joint(text, &body.name, kind, parent)?;
     write_origin(text, &joint.parent_placement);
     let Some(axis) = axis else {

@@ -35,9 +35,9 @@ pub(super) struct Host {
 
 impl Host {
     pub(super) fn new(model: &Model, solver: Solver) -> Self {
-        let elements = Elements::new(model);
+        let elements = || Box::new(Elements::new(model));
         Self {
-            elements: (!elements.is_idle()).then(|| Box::new(elements)),
+            elements: model.first_element().map(|_| elements()),
             solver,
             next: State::neutral(model),
             stages: Stages::new(model),
