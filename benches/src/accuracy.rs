@@ -7,14 +7,21 @@
 
 pub mod case;
 pub mod entry;
+mod hard;
 mod output;
+mod pictures;
+
+pub use hard::Hard;
 
 use crate::cli::AccuracyArgs;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::run::Outcome;
+use anyhow::Context;
 use case::Case;
 use entry::Entry;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// Runs `accuracy`: measures, prints and writes the entries.
 ///
@@ -63,6 +70,21 @@ fn chosen(parts: &[String]) -> anyhow::Result<Vec<Case>> {
         anyhow::bail!("no case is named so; there are {}", names.join("; "));
     }
     Ok(cases)
+}
+
+/// Writes tables and pictures again from the entries in a folder; gives the paths of the files, none if
+/// there are no entries there.
+///
+/// # Errors
+/// If the entries cannot be read, or the files not written.
+pub fn write_again(folder: &Path, out: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let path = folder.join(output::JSON);
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let entries = parse(&text).with_context(|| path.display().to_string())?;
+    Ok(output::write(out, &entries)?)
 }
 
 /// Reads stored entries.

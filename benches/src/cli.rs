@@ -2,7 +2,7 @@
 
 use crate::scenario::Selection;
 use clap::{Args, Parser, Subcommand};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use vertebra::Pose;
 use vertebra::Precision;
 use vertebra::glam::{DQuat, DVec3};
@@ -24,12 +24,14 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Measure the error of forward dynamics over many seeds, on masses that tell algorithms apart.
     Accuracy(AccuracyArgs),
+    /// Measure energy, momentum and the error of motions over long runs, by integrator and step.
+    Motion(MotionArgs),
     /// Ask everything of models as unreasonable as can be built, and look for answers that are no
     /// numbers.
     Fuzz(FuzzArgs),
     /// Judge one run against another, row by row.
     Compare(CompareArgs),
-    /// Write tables and plots again from a results.json.
+    /// Write tables and plots again from stored results: of `bench`, `accuracy` and `motion`.
     Report(ReportArgs),
     /// Run the test suite that every solver passes.
     Selftest {
@@ -80,10 +82,10 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `chunks`, `joints`, `batch`, `collision`, `collision-queries`,
+    /// Scenarios to measure: `dynamics`, `needs`, `chunks`, `joints`, `batch`, `collision`, `collision-queries`,
     /// `collision-error`, `collision-scaling`, `gpu`. All by default, `gpu` where there is a real one; none of them when you name files of
     /// your own.
-    #[arg(value_parser = ["dynamics", "chunks", "joints", "batch", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
+    #[arg(value_parser = ["dynamics", "needs", "chunks", "joints", "batch", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
@@ -111,6 +113,9 @@ pub struct BenchArgs {
     /// Folder for results.json, results.csv, report.md and plots.
     #[arg(long, default_value = "target/bench", value_name = "DIR")]
     pub out: PathBuf,
+    /// Write into docs/results, where the report of the repository is.
+    #[arg(long, conflicts_with = "out")]
+    pub report: bool,
     /// Measure this robot.
     #[arg(long, value_name = "FILE.urdf")]
     pub model: Option<PathBuf>,
@@ -165,6 +170,20 @@ pub struct AccuracyArgs {
     pub out: PathBuf,
 }
 
+/// Options of `motion`.
+#[derive(Args, Debug)]
+pub struct MotionArgs {
+    /// Only see that everything runs.
+    #[arg(long)]
+    pub quick: bool,
+    /// Length of a run in simulated time \[s\].
+    #[arg(long, default_value_t = 60.0)]
+    pub seconds: f64,
+    /// Folder for motion.json, motion.md and plots.
+    #[arg(long, default_value = "target/motion", value_name = "DIR")]
+    pub out: PathBuf,
+}
+
 /// Options of `fuzz`.
 #[derive(Args, Debug)]
 pub struct FuzzArgs {
@@ -194,11 +213,11 @@ pub struct CompareArgs {
 /// Options of `report`.
 #[derive(Args, Debug)]
 pub struct ReportArgs {
-    /// The results.json, or its folder.
+    /// A results.json, or a folder with results.json, accuracy.json or motion.json.
     pub results: PathBuf,
-    /// Folder for results.json, results.csv, report.md and plots.
+    /// Folder to write to; beside the data by default.
     #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    pub out: Option<PathBuf>,
 }
 
 /// Options of `export`.
@@ -268,15 +287,19 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 67] = [
+const METHODS: [&str; 78] = [
     "aba",
     "aba-refined",
+    "aba-refined-2",
     "build",
     "crba",
     "dca",
     "dca-refined",
+    "dca-refined-2",
     "rnea",
     "step",
+    "step-all-poses",
+    "step-no-pose",
     "exact",
     "exact-any",
     "exact-any-resident",
@@ -319,21 +342,28 @@ const METHODS: [&str; 67] = [
     "collision",
     "collision-any",
     "collision-build",
+    "collision-contacts",
+    "collision-contacts-posed",
     "collision-count",
+    "collision-device",
     "collision-device-all",
     "collision-device-tree",
+    "collision-error-exact",
+    "collision-error-moller",
     "collision-following",
     "collision-links",
     "collision-mask",
     "collision-moller",
     "collision-pairs",
     "collision-pairs-all",
+    "collision-pairs-chosen",
     "collision-pairs-moving",
     "collision-pairs-tree",
     "collision-pairs-upload",
     "collision-poses",
     "collision-refit-pairs",
     "collision-self",
+    "collision-spheres",
     "collision-spheres-all",
     "collision-spheres-tree",
 ];
@@ -349,6 +379,16 @@ impl BenchArgs {
             threads: to_sizes(&self.threads),
             seed: self.seed,
             quick: self.quick,
+        }
+    }
+
+    /// The folder to write to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        if self.report {
+            Path::new("docs/results")
+        } else {
+            &self.out
         }
     }
 

@@ -19,6 +19,7 @@ pub mod frames;
 pub mod fuzz;
 pub mod interrupt;
 pub mod measure;
+pub mod motion;
 pub mod peers;
 pub mod plot;
 pub mod progress;

@@ -10,13 +10,14 @@ use std::process::ExitCode;
 use vertebra_bench::cli::{Cli, Command, CompareArgs, ReportArgs};
 use vertebra_bench::run::Outcome;
 use vertebra_bench::{
-    accuracy, compare, export, fuzz, interrupt, peers, replay, results, run, selftest,
+    accuracy, compare, export, fuzz, interrupt, motion, peers, replay, results, run, selftest,
 };
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Bench(arguments) => run::bench(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
+        Command::Motion(arguments) => motion::run(&arguments),
         Command::Fuzz(arguments) => fuzz::run(&arguments),
         Command::Compare(arguments) => judge(&arguments).map(Outcome::of),
         Command::Report(arguments) => report(&arguments).map(|()| Outcome::Success),
@@ -52,8 +53,23 @@ fn judge(arguments: &CompareArgs) -> anyhow::Result<bool> {
 }
 
 fn report(arguments: &ReportArgs) -> anyhow::Result<()> {
-    let rows = results::read_results(&arguments.results)?;
-    for path in results::write_results(&arguments.out, &rows)? {
+    let data = &arguments.results;
+    let folder = if data.is_dir() {
+        data
+    } else {
+        data.parent().unwrap_or(data)
+    };
+    let out = arguments.out.as_deref().unwrap_or(folder);
+    let mut written = Vec::new();
+    if data.is_dir() {
+        written.extend(accuracy::write_again(folder, out)?);
+        written.extend(motion::write_again(folder, out)?);
+    }
+    if written.is_empty() || folder.join(results::RESULTS_JSON).exists() {
+        let rows = results::read_results(data)?;
+        written.extend(results::write_results(out, &rows)?);
+    }
+    for path in written {
         println!("wrote {}", path.display());
     }
     Ok(())

@@ -8,6 +8,7 @@
 mod against_size;
 mod axis;
 mod by_scenario;
+mod curves;
 mod figure;
 mod frame;
 mod labels;
@@ -22,6 +23,7 @@ use thiserror::Error;
 
 use crate::row::Row;
 use crate::table::by_scenario as group_by_scenario;
+pub use curves::{Curve, Curves, Unit};
 use figure::Figure;
 
 /// Why a plot could not be drawn.
@@ -49,6 +51,16 @@ pub struct Plot {
 }
 
 impl Plot {
+    /// A picture of curves, of which there has to be one; `name` is the files' without ending.
+    #[must_use]
+    pub fn of_curves(name: &str, curves: &Curves) -> Option<Self> {
+        Some(Self {
+            name: name.to_owned(),
+            scenario: None,
+            figure: curves.figure()?,
+        })
+    }
+
     /// The heading of the picture.
     #[must_use]
     pub fn title(&self) -> &str {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::plot::{self, PlotError};
+use crate::plot::{self, Plot, PlotError};
 use crate::row::{Row, RowError};
 use crate::{csv, report};
 
@@ -92,11 +92,28 @@ pub fn write_results(dir: &Path, rows: &[Row]) -> Result<Vec<PathBuf>, ResultsEr
         csv::to_csv(rows).map_err(json_error)?.as_bytes(),
     )?;
     let plots = plot::plots(rows);
-    for plot in &plots {
-        write(&plot.svg_path(), plot.svg()?.as_bytes())?;
-        write(&plot.png_path(), &plot.png()?)?;
-    }
     write("report.md", report::to_markdown(rows, &plots).as_bytes())?;
+    written.extend(write_plots(dir, &plots)?);
+    Ok(written)
+}
+
+/// Writes pictures below `dir`, as SVG and as PNG; gives their paths.
+///
+/// # Errors
+/// When one cannot be drawn or written.
+pub fn write_plots(dir: &Path, plots: &[Plot]) -> Result<Vec<PathBuf>, ResultsError> {
+    let mut written = Vec::new();
+    for plot in plots {
+        let files = [
+            (plot.svg_path(), plot.svg()?.into_bytes()),
+            (plot.png_path(), plot.png()?),
+        ];
+        for (name, contents) in files {
+            let path = dir.join(name);
+            write_atomically(&path, &contents)?;
+            written.push(path);
+        }
+    }
     Ok(written)
 }
 

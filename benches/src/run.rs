@@ -10,13 +10,15 @@ use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomicall
 use crate::row::Row;
 use crate::scenario::{
     Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints,
-    meshes, model, queries, scaling,
+    meshes, model, needs, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
 use std::path::Path;
 use vertebra::assembly::urdf;
+use vertebra::collision::gpu::{MeshPair, Processor};
 use vertebra::{PlyPart, Pose, TriangleMesh, write_ply};
+use vertebra_gpu::Device;
 
 /// How a command ended that ran through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +56,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     };
     let subjects = Subjects::of(arguments)?;
     let outputs = [
-        Some(arguments.out.join(RESULTS_JSON)),
+        Some(arguments.folder().join(RESULTS_JSON)),
         arguments.hits.clone(),
         arguments.frames.clone(),
     ];
@@ -93,7 +95,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
         .map(|(label, error)| format!("not measured: {label}: {error:#}"))
         .collect();
     println!("{}", to_table(&rows));
-    for path in write_results(&arguments.out, &rows)? {
+    for path in write_results(arguments.folder(), &rows)? {
         println!("wrote {}", path.display());
     }
     if !meter.interrupt.requested() {
@@ -123,7 +125,10 @@ fn write_further(arguments: &BenchArgs, subjects: &Subjects, interrupt: &Interru
             .meshes
             .last()
             .context("no meshes are measured: add `collision`, or --mesh-a and --mesh-b")
-            .and_then(|subject| write_hits(path, subject));
+            .and_then(|subject| {
+                let device = subjects.device.as_ref().map(gpu::Subject::device);
+                write_hits(path, subject, device)
+            });
         failures.extend(written.err().map(|error| format!("--hits: {error:#}")));
     }
     if let Some(path) = &arguments.frames {
@@ -136,6 +141,7 @@ fn write_further(arguments: &BenchArgs, subjects: &Subjects, interrupt: &Interru
 /// Everything that is measured.
 struct Subjects {
     models: Vec<model::Subject>,
+    needs: Vec<model::Subject>,
     lengths: Option<chunks::Subject>,
     joints: Option<joints::Subject>,
     batches: Vec<batch::Subject>,
@@ -157,6 +163,11 @@ impl Subjects {
         let selection = arguments.selection();
         Ok(Self {
             models: models(arguments)?,
+            needs: if arguments.wants(needs::NAME) && arguments.wants_backend("cpu") {
+                needs::subjects(&selection)?
+            } else {
+                Vec::new()
+            },
             lengths: if arguments.wants(chunks::NAME) {
                 Some(chunks::Subject::new(arguments.seed)?)
             } else {
@@ -217,6 +228,7 @@ impl Subjects {
                 list.extend(gpu::chains::measurements(subject, gpu.device(), selection));
             }
         }
+        list.extend(needs::measurements(&self.needs, selection));
         if let Some(subject) = &self.lengths {
             list.extend(subject.measurements(selection));
         }
@@ -379,9 +391,17 @@ fn file_stem(path: &Path) -> String {
     )
 }
 
-/// Colours as the source's figures have them: what collides red and green, the rest white and blue.
-fn write_hits(path: &Path, subject: &meshes::Subject) -> anyhow::Result<()> {
-    let (hit_a, hit_b) = subject.query()?.threads(0).mask()?;
+/// Colours as the source's figures have them: what collides red and green, the rest white and blue. Found on the GPU if
+/// rows of it are measured.
+fn write_hits(
+    path: &Path,
+    subject: &meshes::Subject,
+    device: Option<&Device>,
+) -> anyhow::Result<()> {
+    let asked = device.map(|_| Processor::Gpu).or(Some(Processor::Cpu));
+    let mut pair = MeshPair::new(device, subject.a.clone(), subject.b.clone(), asked)?;
+    pair.set_pose_b(subject.pose_b)?;
+    let (hit_a, hit_b) = pair.mask()?;
     let color_a = |i: usize| {
         if hit_a[i] {
             [214, 39, 40]
@@ -408,10 +428,11 @@ fn write_hits(path: &Path, subject: &meshes::Subject) -> anyhow::Result<()> {
     write_atomically(path, &file)?;
     let count = |hits: &[bool]| hits.iter().filter(|hit| **hit).count();
     println!(
-        "wrote {}: {} and {} colliding triangles coloured",
+        "wrote {}: {} and {} colliding triangles coloured, found on the {}",
         path.display(),
         count(&hit_a),
-        count(&hit_b)
+        count(&hit_b),
+        pair.choice().processor
     );
     Ok(())
 }

@@ -15,6 +15,7 @@ pub mod gpu;
 pub mod joints;
 pub mod meshes;
 pub mod model;
+pub mod needs;
 pub mod published;
 pub mod queries;
 pub mod reference;

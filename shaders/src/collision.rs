@@ -55,6 +55,7 @@ const BOX_POSE: &str = include_str!("../wgsl/collision/box_pose.wgsl");
 const SIZES: &str = include_str!("../wgsl/collision/sizes.wgsl");
 const JOB_OF: &str = include_str!("../wgsl/collision/job_of.wgsl");
 const LEVELS_PART: &str = include_str!("../wgsl/collision/levels.wgsl");
+const VERDICTS: &str = include_str!("../wgsl/collision/verdicts.wgsl");
 const PLACES: &str = include_str!("../wgsl/collision/places.wgsl");
 const COUNTS: &str = include_str!("../wgsl/collision/counts.wgsl");
 const SPLIT_PART: &str = include_str!("../wgsl/collision/split.wgsl");
@@ -127,6 +128,7 @@ const NARROW: Kernel = Kernel::new(
     &[
         include_str!("../wgsl/collision/narrow.wgsl"),
         include_str!("../wgsl/collision/decide.wgsl"),
+        VERDICTS,
         PLACES,
         MESH,
         COUNTS,
@@ -139,17 +141,46 @@ const NARROW: Kernel = Kernel::new(
         Binding::read::<[u32; 4]>("leaves_a"),
         Binding::read::<u32>("vertices_b"),
         Binding::read::<[u32; 4]>("leaves_b"),
-        Binding::read_write::<u32>("counts"),
         Binding::read_write::<u32>("found"),
+        Binding::read_write::<u32>("undecided"),
     ],
     [64, 1, 1],
 )
 // Names; boxes and corners; edges of B and their errors; the list; two counters.
 .workgroup_memory_of(4 * 64 + 5 * 64 * VECTOR + 32 * (2 * VECTOR + 8) + 4 * 256 + 8);
 
+/// Needs an answer.
+const SETTLE: Kernel = Kernel::new(
+    "settle",
+    &[
+        include_str!("../wgsl/collision/settle.wgsl"),
+        include_str!("../wgsl/collision/integers.wgsl"),
+        VERDICTS,
+        PLACES,
+        MESH,
+        COUNTS,
+    ],
+    &[
+        Binding::uniform::<Places>("places"),
+        Binding::read::<Job>("jobs"),
+        Binding::read::<u32>("records"),
+        Binding::read_write::<u32>("found"),
+        Binding::read_write::<u32>("left"),
+    ],
+    [64, 1, 1],
+)
+.workgroup_memory_of(4);
+
+/// Decides in integers what [`narrow`] left undecided, where nothing is posed; the rest is left to the host. The constant
+/// `LEAVE_HITS` leaves pairs that meet to it too.
+#[must_use]
+pub fn settle(answer: Answer) -> Kernel {
+    SETTLE.with(answer.part())
+}
+
 /// Decides the pairs of triangles of the queued pairs of blocks; of a mesh and itself, each pair once
-/// and neighbours only where they meet beyond their common corners. The constant `LEAVE_HITS` leaves
-/// pairs that meet to the host like the undecided.
+/// and neighbours only where they meet beyond their common corners. The constant `LEAVE_HITS` lists
+/// pairs that meet like the undecided.
 #[must_use]
 pub fn narrow(answer: Answer, itself: bool) -> Kernel {
     let judge = if itself {
@@ -180,7 +211,6 @@ const MOLLER: Kernel = Kernel::new(
         Binding::read::<[u32; 4]>("leaves_a"),
         Binding::read::<u32>("vertices_b"),
         Binding::read::<[u32; 4]>("leaves_b"),
-        Binding::read_write::<u32>("counts"),
         Binding::read_write::<u32>("found"),
     ],
     [64, 1, 1],
@@ -272,7 +302,6 @@ pub const QUALITY: Kernel = Kernel::new(
 
 const SPLIT_BINDINGS: &[Binding] = &[
     Binding::uniform::<Split>("split"),
-    Binding::read::<u32>("counts"),
     Binding::read_write::<u32>("first"),
     Binding::read_write::<u32>("second"),
     Binding::read_write::<u32>("found"),
@@ -322,6 +351,7 @@ pub(crate) fn kernels() -> Vec<(String, Kernel)> {
         .collect();
     for answer in Answer::ALL {
         kernels.push((format!("moller {answer:?}"), moller(answer)));
+        kernels.push((format!("settle {answer:?}"), settle(answer)));
         for itself in [false, true] {
             let of = if itself { "one mesh" } else { "two meshes" };
             kernels.push((format!("narrow {answer:?} of {of}"), narrow(answer, itself)));

@@ -110,17 +110,19 @@ pub mod item {
     pub const CHUNK: u32 = 0;
     /// A sum of two rakes.
     pub const SUM: u32 = 1;
+    /// A chunk of the first round, in kinematics.
+    pub const LEADING: u32 = 2;
 }
 
 /// Words of a join in a table of rounds.
 pub const RECORD: u32 = 8;
 
-/// Lanes of a workgroup that goes through rounds of dynamics.
-pub const WORK_LANES: u32 = 128;
+/// Lanes of a workgroup that goes through rounds of dynamics, at most: joins in f64 have memory for half.
+pub const WORK_LANES: u32 = 256;
 /// Lanes that share a join there.
 pub const TEAM: u32 = 16;
 /// Lanes of a workgroup that goes through rounds of kinematics.
-pub const TURN_LANES: u32 = 128;
+pub const TURN_LANES: u32 = 256;
 
 /// Lanes of a workgroup of chunks.
 const CHUNK_LANES: u32 = 32;
@@ -215,19 +217,12 @@ impl Dca {
         }
     }
 
-    /// What is across each chunk; a lane each, of all. [`Layer::stage`] is a [`Commit`].
-    #[must_use]
-    pub fn turn_chunks(self) -> Kernel {
-        let kernel = self.motion("turn_chunks", 64);
-        kernel.with(part!("turn_chunks")).with(part!("leading"))
-    }
-
-    /// Kinematics over several rounds.
+    /// Kinematics over several rounds. [`Layer::stage`] is a [`Commit`].
     #[must_use]
     pub fn turn_parts(self) -> Kernel {
         let kernel = self.motion("turn_parts", TURN_LANES);
-        let kernel = kernel.with(part!("turn_parts")).with(part!("rounds"));
-        kernel.with(part!("lanes"))
+        let kernel = kernel.with(part!("turn")).with(part!("turn_parts"));
+        kernel.with(part!("rounds")).with(part!("lanes"))
     }
 
     /// Places the bodies of the first round's chunks, a lane each.
@@ -337,7 +332,7 @@ impl Dca {
                 self.rework_parts(Advance::Euler),
             ]);
         } else {
-            kernels.extend([self.turn_chunks(), self.turn_parts(), self.place_chunks()]);
+            kernels.extend([self.turn_parts(), self.place_chunks()]);
             let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
             kernels.extend(advances.map(|advance| self.work_parts(advance)));
         }
@@ -411,7 +406,7 @@ impl Dca {
 
     /// Rounds whose joins are put together.
     fn joining(self, name: &'static str, precision: Precision) -> Kernel {
-        let joins = WORK_LANES / TEAM;
+        let joins = work_lanes(precision) / TEAM;
         self.teams(name, precision)
             .with(part!("join_team"))
             .constant("COARSER", self.coarser())
@@ -427,7 +422,12 @@ impl Dca {
 
     /// Rounds, joins of which teams of lanes take.
     fn teams(self, name: &'static str, precision: Precision) -> Kernel {
-        self.dynamics(name, precision, WORK_LANES)
+        let lanes = match precision {
+            Precision::F32 => part!("lanes_256"),
+            Precision::F64 => part!("lanes_128"),
+        };
+        self.dynamics(name, precision, work_lanes(precision))
+            .with(lanes)
             .with(part!("part_team"))
             .with(part!("rounds"))
             .with(part!("teams"))
@@ -447,6 +447,14 @@ impl Dca {
             .stride("state", self.chunks.bytes())
             .stride("scratch", 4 * self.chunks.bytes())
             .requires(self.chunks.features() | self.tree.features())
+    }
+}
+
+/// Lanes that workgroup memory suffices for.
+const fn work_lanes(precision: Precision) -> u32 {
+    match precision {
+        Precision::F32 => WORK_LANES,
+        Precision::F64 => WORK_LANES / 2,
     }
 }
 

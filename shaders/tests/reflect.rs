@@ -86,7 +86,7 @@ fn structs_are_laid_out_alike_on_both_sides() {
         fields!(dca::Sizes: slots, positions, dofs, chunks, joins, chunk_nodes, inners, leaves, rakes, single_rakes, path_rakes, carriers, single, chunk_words, cut_words, sum_words, rake_words, length),
         fields!(collision::Sizes: jobs, groups, queue, level, a_at, b_at),
         fields!(collision::Split: pairs, ordered),
-        fields!(collision::Places: queue, hits, undecided, undecided_at, answer, answer_a, row, rows),
+        fields!(collision::Places: queue, hits, undecided, left, answer, answer_a, row, rows),
         fields!(collision::Mesh: triangles, root),
         fields!(collision::Tolerance: epsilon),
         fields!(collision::Bodies: jobs),

@@ -9,6 +9,7 @@ mod binary;
 mod ci;
 mod export;
 mod peers;
+mod report;
 mod selftest;
 mod stages;
 mod test;
@@ -47,6 +48,8 @@ enum Command {
     /// packages go into an environment of their own under target/peers, by pip. With --no-install
     /// neither is run.
     Peers(peers::Arguments),
+    /// Draw every table and picture under docs/results again, from the data stored there
+    Report,
     /// Formatting, lints, documentation and tests
     Test(test::Arguments),
     /// Everything that must pass before a change is merged
@@ -59,6 +62,7 @@ fn main() -> ExitCode {
         Command::Export(arguments) => export::run(&arguments),
         Command::Selftest(arguments) => selftest::run(&arguments),
         Command::Peers(arguments) => peers::run(&arguments),
+        Command::Report => report::run(),
         Command::Test(arguments) => test::run(&arguments),
         Command::Ci(arguments) => ci::run(&arguments),
     };

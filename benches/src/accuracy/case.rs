@@ -1,5 +1,7 @@
-//! The cases: chains and trees of rods, with the mass patterns that tell algorithms apart.
+//! The cases: chains and trees of rods, with the mass patterns that tell algorithms apart, and models
+//! that are hard by themselves.
 
+use super::hard::Hard;
 use vertebra::generate::{self, Masses, Rod};
 use vertebra::{Error, Forces, Model, Random, State, Wrench};
 
@@ -32,12 +34,13 @@ const fn rods(name: &'static str, masses: Masses) -> Pattern {
 const EQUAL: Pattern = rods("equal", Masses::Equal);
 
 /// The patterns of chains and trees.
-const PATTERNS: [Pattern; 16] = [
+const PATTERNS: [Pattern; 18] = [
     EQUAL,
     rods("heavy base 1e4", Masses::HeavyBase(1e4)),
     rods("heavy base 1e8", Masses::HeavyBase(1e8)),
     rods("heavy tip 1e4", Masses::HeavyLast(1e4)),
     rods("heavy tip 1e8", Masses::HeavyLast(1e8)),
+    rods("light tip 1e-6", Masses::HeavyLast(1e-6)),
     rods("alternating 1e2", Masses::Alternating(1e2)),
     rods("alternating 1e4", Masses::Alternating(1e4)),
     rods("alternating 1e6", Masses::Alternating(1e6)),
@@ -70,6 +73,40 @@ const PATTERNS: [Pattern; 16] = [
         },
         ..EQUAL
     },
+    // A methylene group on a bond, and what a picosecond does to its angles.
+    Pattern {
+        name: "molecule",
+        rod: Rod {
+            mass: 2.3e-26,
+            length: 1.5e-10,
+            radius: 3e-11,
+        },
+        rate: 1e12,
+        ..EQUAL
+    },
+];
+
+/// Models that are hard by themselves.
+const HARD: [(&str, Hard); 19] = [
+    ("straight, at rest", Hard::Straight),
+    ("coil", Hard::Coil),
+    ("ball", Hard::Ball),
+    ("dill", Hard::Dill),
+    ("taper 0.9", Hard::Taper(0.9)),
+    ("taper 0.98", Hard::Taper(0.98)),
+    ("taper 1.02", Hard::Taper(1.02)),
+    ("taper 1.1", Hard::Taper(1.1)),
+    ("tapered tree 0.9", Hard::TaperedTree(0.9)),
+    ("tapered tree 1.1", Hard::TaperedTree(1.1)),
+    ("spinning rods", Hard::SpinningRods),
+    ("universal joints", Hard::Universal),
+    ("gimbals 1e-2 from lock", Hard::Gimbal(1e-2)),
+    ("gimbals 1e-6 from lock", Hard::Gimbal(1e-6)),
+    ("duplicate axes", Hard::DuplicateAxes),
+    ("zero lengths", Hard::ZeroLength),
+    ("lengths 1e-3 to 1e3 m", Hard::Lengths),
+    ("10 km from the origin", Hard::Far),
+    ("a body more", Hard::OneMore),
 ];
 
 /// Patterns of trees alone: a chain has one tip.
@@ -79,12 +116,14 @@ const BRANCHED: [Pattern; 2] = [
 ];
 
 /// How bodies carry each other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// Each by the one before.
     Chain,
     /// Each by one of the four before.
     Tree,
+    /// As the model wants it.
+    Hard(Hard),
 }
 
 impl Shape {
@@ -94,13 +133,7 @@ impl Shape {
         match self {
             Self::Chain => "chain",
             Self::Tree => "tree",
-        }
-    }
-
-    const fn reach(self) -> usize {
-        match self {
-            Self::Chain => 1,
-            Self::Tree => 4,
+            Self::Hard(_) => "hard",
         }
     }
 }
@@ -137,7 +170,11 @@ impl Case {
         };
         let chains = PATTERNS.iter().map(of(Shape::Chain));
         let trees = PATTERNS.iter().chain(&BRANCHED).map(of(Shape::Tree));
-        chains.chain(trees).collect()
+        let hard = HARD.iter().map(|&(name, hard)| Self {
+            shape: Shape::Hard(hard),
+            pattern: Pattern { name, ..EQUAL },
+        });
+        chains.chain(trees).chain(hard).collect()
     }
 
     /// Name: shape and pattern.
@@ -156,19 +193,33 @@ impl Case {
         let Pattern {
             masses, rod, rate, ..
         } = &self.pattern;
-        let model = generate::uneven_tree(bodies, self.shape.reach(), rod, masses, seed)?;
+        let model = match self.shape {
+            Shape::Chain => generate::uneven_tree(bodies, 1, rod, masses, seed)?,
+            Shape::Tree => generate::uneven_tree(bodies, 4, rod, masses, seed)?,
+            Shape::Hard(hard) => hard.model(bodies, seed)?,
+        };
         let mut state = State::random(&model, seed);
         state.qd.iter_mut().for_each(|qd| *qd *= rate);
+        // How far from its joint a body's weight acts.
+        let mut reach = [rod.length].repeat(bodies);
+        if let Shape::Hard(hard) = self.shape {
+            hard.pose(&mut state);
+            reach = model
+                .bodies()
+                .iter()
+                .map(|body| body.mass.center.length())
+                .collect();
+        }
         let mut random = Random::new(seed ^ 0x5eed);
         let mut forces = Forces::none(&model);
-        for body in model.bodies() {
+        for (body, reach) in model.bodies().iter().zip(reach) {
             let weight = GRAVITY * body.mass.mass;
             for force in &mut forces.joint[body.dof_range()] {
-                *force = random.symmetric() * weight * rod.length;
+                *force = random.symmetric() * weight * reach;
             }
         }
         let (pushed, body) = {
-            let index = random.below(bodies);
+            let index = random.below(model.bodies().len());
             let pushed = model.body_ids().nth(index);
             (pushed, &model.bodies()[index])
         };

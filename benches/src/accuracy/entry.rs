@@ -1,7 +1,7 @@
 //! The errors of one solver over the seeds of one case.
 
 use super::case::{Case, Problem};
-use crate::suite::solver::{Aba, Dca, Refined, Solver};
+use crate::suite::solver::{Aba, Dca, Refined, Solver, ToTolerance};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -69,11 +69,16 @@ impl Entry {
     }
 }
 
+/// The tolerance that solvers are asked for.
+pub const TOLERANCE: f64 = 1e-10;
+/// Name of the method that is asked for it.
+pub const TOLERANCE_METHOD: &str = "to 1e-10";
+
 /// A solver and the name of its precision.
 type Measured = (&'static str, Box<dyn Solver>);
 
 /// The solvers whose errors are measured.
-fn solvers() -> [Measured; 8] {
+fn solvers() -> [Measured; 9] {
     use Precision::{F32, F64};
     [
         ("f64", Box::new(Aba(F64))),
@@ -84,6 +89,7 @@ fn solvers() -> [Measured; 8] {
         ("f64", Box::new(Refined::aba("aba+1", 1))),
         ("f64/f32", Box::new(Refined::dca("dca+1", F64, F32, 1))),
         ("f64/f32", Box::new(Refined::dca("dca+2", F64, F32, 2))),
+        ("any", Box::new(ToTolerance(TOLERANCE_METHOD, TOLERANCE))),
     ]
 }
 

@@ -1,6 +1,7 @@
 //! Entries as tables for people and as files.
 
 use super::entry::{COLUMNS, Entry};
+use super::pictures;
 use crate::csv;
 use crate::results::{self, ResultsError, write_atomically};
 use crate::table::Grid;
@@ -8,7 +9,7 @@ use crate::table::format::{count, error_figure};
 use std::path::{Path, PathBuf};
 
 /// Name of the file that holds every entry.
-const JSON: &str = "accuracy.json";
+pub(super) const JSON: &str = "accuracy.json";
 
 const INTRODUCTION: &str = "\
 # Errors of forward dynamics over seeds
@@ -91,7 +92,12 @@ pub(super) fn write(dir: &Path, entries: &[Entry]) -> Result<Vec<PathBuf>, Resul
         .map_err(json_error)?;
     let json = format!("[\n{}\n]\n", lines.join(",\n"));
     let csv = csv::lines(&COLUMNS, entries).map_err(json_error)?;
+    let pictures = pictures::of(entries);
     let mut markdown = INTRODUCTION.to_owned();
+    for picture in &pictures {
+        let link = format!("\n![{}]({})\n", picture.title(), picture.svg_path());
+        markdown.push_str(&link);
+    }
     for (title, grid) in tables(entries) {
         markdown.push_str(&format!("\n## {title}\n\n{}", grid.markdown()));
     }
@@ -106,6 +112,7 @@ pub(super) fn write(dir: &Path, entries: &[Entry]) -> Result<Vec<PathBuf>, Resul
         write_atomically(&path, contents.as_bytes())?;
         written.push(path);
     }
+    written.extend(results::write_plots(dir, &pictures)?);
     Ok(written)
 }
 

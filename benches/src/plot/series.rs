@@ -99,6 +99,13 @@ pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
     series
 }
 
+/// Colour and marker of a curve by its turn: colours first.
+pub(super) fn nth_look(index: usize) -> (Color, (Marker, bool)) {
+    let marker = MARKERS[index % MARKERS.len()];
+    let hollow = index / COLORS.len() % 2 == 1;
+    (COLORS[index % COLORS.len()], (marker, hollow))
+}
+
 /// Colour and marker of the series that starts with `row`, after the others: the colour of its
 /// method, and the first marker from that of its turn among the method's series that no other series
 /// of this colour has, as long as there is one.

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use super::axis::{LogAxis, count_label, metric_label, power_label};
-use super::figure::{Align, Color, Figure, MUTED, Point, Rect, WHITE, fit, text_width};
+use super::figure::{Align, Color, Figure, INK, MUTED, Point, Rect, WHITE, fit, text_width};
 use super::frame::{Frame, HEIGHT, LABEL, Legend, SMALL, Titles, devices};
 use super::labels::{self, Label};
 use super::paint::MARKER;
@@ -19,6 +19,8 @@ const LABELS: f64 = 56.0;
 const NAME: f64 = 200.0;
 /// Heading of the strip for errors of zero.
 pub(super) const EXACT: &str = "← exactly 0";
+/// Radius of the ring about a point of the front \[px\].
+const RING: f64 = MARKER + 3.5;
 /// Lines from a point to a label that found no room beside it.
 const LEADER: Color = Color(168, 168, 168);
 
@@ -29,6 +31,34 @@ pub(super) struct DataPoint<'a> {
     speed: f64,
     pub(super) series: &'a Series<'a>,
     pub(super) label: String,
+    /// Whether it is on the front of its [`rivals`].
+    on_front: bool,
+}
+
+/// What a row is compared with: the same input, and asked the same of it.
+fn rivals(row: &Row) -> (&str, u64, &str) {
+    let family = row.method.split('-').next().unwrap_or(&row.method);
+    let task = match family {
+        "aba" | "crba" | "dca" => "forward dynamics",
+        "exact" | "moller" | "moller0" | "separating" => question(row),
+        _ => &row.method,
+    };
+    (&row.scenario, row.size, task)
+}
+
+/// Whether no other row of the same input, of which there are some, is both faster and more exact:
+/// the Pareto front.
+fn is_on_front(row: &Row, rows: &[&Row], error: impl Fn(&Row) -> Option<f64>) -> bool {
+    let others = || {
+        rows.iter()
+            .filter(|other| rivals(other) == rivals(row) && error(other).is_some())
+    };
+    let (time, own) = (row.time_median_s, error(row));
+    let beats = |other: &Row| {
+        let (faster, better) = (other.time_median_s <= time, error(other) <= own);
+        faster && better && (other.time_median_s < time || error(other) < own)
+    };
+    others().nth(1).is_some() && !others().any(|other| beats(other))
 }
 
 /// An error figure that rows have in common.
@@ -118,6 +148,7 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
                 speed: speed(row),
                 series,
                 label,
+                on_front: is_on_front(row, &rows, measure.value),
             }));
         }
     }
@@ -132,6 +163,10 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
         ""
     };
     let mut remark = format!("Labels{columns}: {kind}. Best is at the top left.");
+    if points.iter().any(|point| point.on_front) {
+        remark
+            .push_str(" Ringed: of one input and question, nothing is both faster and more exact.");
+    }
     if points.len() < rows.len() {
         remark.push_str(&format!(
             " Rows without {}, not drawn: {}.",
@@ -206,6 +241,9 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
     }
     for point in &exact {
         let place = (strip.place(point), vertical.place(point.speed));
+        if point.on_front {
+            ring(&mut frame.figure, place);
+        }
         frame.figure.marker(
             place,
             point.series.marker,
@@ -227,6 +265,17 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
     let ends_only = scenario.is_some();
     draw_labelled(&mut frame.figure, &inexact, place, &plane, ends_only);
     frame.figure
+}
+
+/// Marks a point of the front.
+fn ring(figure: &mut Figure, (x, y): Point) {
+    const CORNERS: u32 = 32;
+    let corner = |index: u32| {
+        let angle = core::f64::consts::TAU * f64::from(index) / f64::from(CORNERS);
+        (x + RING * angle.cos(), y + RING * angle.sin())
+    };
+    let circle: Vec<Point> = (0..=CORNERS).map(corner).collect();
+    figure.line(&circle, INK, 1.5);
 }
 
 fn same_series(one: &DataPoint<'_>, other: &DataPoint<'_>) -> bool {
@@ -262,6 +311,9 @@ fn draw_labelled(
         if let Some(end) = place.and_then(|place| labels::leader_end(label.point, &place)) {
             figure.line(&[label.point, end], LEADER, 1.0);
         }
+    }
+    for point in points.iter().filter(|point| point.on_front) {
+        ring(figure, place(point));
     }
     for point in points {
         let Series {

@@ -89,19 +89,27 @@ impl Subject {
             let detail = precision.to_string();
             add("aba", &detail, Box::new(move |m| self.aba(m, precision)));
             if precision == Precision::F64 {
-                let run = move |m: &Meter| self.refined(m, None);
-                add("aba-refined", &detail, Box::new(run));
+                for (name, sweeps) in [("aba-refined", 1), ("aba-refined-2", 2)] {
+                    let run = move |m: &Meter| self.refined(m, None, sweeps);
+                    add(name, &detail, Box::new(run));
+                }
                 let options = DcaOptions {
                     tree: Precision::F32,
                     parallel: false,
                     ..DcaOptions::default()
                 };
                 let detail = precision_name(&options);
-                let run = move |m: &Meter| self.refined(m, Some(options));
-                add("dca-refined", &detail, Box::new(run));
+                for (name, sweeps) in [("dca-refined", 1), ("dca-refined-2", 2)] {
+                    let run = move |m: &Meter| self.refined(m, Some(options), sweeps);
+                    add(name, &detail, Box::new(run));
+                }
             }
             add("rnea", &detail, Box::new(move |m| self.rnea(m, precision)));
-            add("step", &detail, Box::new(move |m| self.step(m, precision)));
+            add(
+                "step",
+                &detail,
+                Box::new(move |m| self.step(m, precision, Read::Last)),
+            );
             let dense_limit = if selection.quick {
                 DENSE_LIMIT / 2
             } else {
@@ -161,7 +169,7 @@ impl Subject {
 
     /// Forward dynamics by the articulated-body algorithm. Errors: against the reference, and the
     /// residual of the bodies' own equations.
-    fn aba(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
+    pub(super) fn aba(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
         let mut workspace = Workspace::new(&self.model, precision);
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
         for ((state, forces), exact) in self.inputs.iter().zip(self.reference()?) {
@@ -279,10 +287,15 @@ impl Subject {
         }))
     }
 
-    /// A whole step, as the source measured it: forward dynamics, integration, and the place of every
-    /// body. Errors: rates after the step against accelerations of the reference; residual of the
+    /// A whole step, as the source measured it: forward dynamics, integration, and the places of
+    /// bodies. Errors: rates after the step against accelerations of the reference; residual of the
     /// bodies' own equations.
-    fn step(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
+    pub(super) fn step(
+        &self,
+        meter: &Meter,
+        precision: Precision,
+        read: Read,
+    ) -> anyhow::Result<Option<Row>> {
         let model = &self.model;
         let mut workspace = Workspace::new(model, precision);
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
@@ -317,13 +330,20 @@ impl Subject {
                 simulation.set_state(start.clone())?;
             }
             simulation.step(STEP)?;
-            simulation.pose(model.last_body())
+            match read {
+                Read::Nothing => Ok(()),
+                Read::Last => simulation.pose(model.last_body()).map(|_| ()),
+                Read::All => {
+                    let mut bodies = model.body_ids();
+                    bodies.try_for_each(|body| simulation.pose(body).map(|_| ()))
+                }
+            }
         })?;
         Ok(timing.map(|timing| Row {
             error_forward: Some(forward),
             error_residual: Some(own),
             reference_time_s: self.published_step_s,
-            ..self.row("step", &precision.to_string(), &timing)
+            ..self.row(read.method(), &precision.to_string(), &timing)
         }))
     }
 
@@ -341,6 +361,28 @@ impl Subject {
         simulation.set_state(state.clone())?;
         *simulation.forces_mut() = forces.clone();
         Ok(simulation)
+    }
+}
+
+/// The poses that are read after a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Read {
+    /// None.
+    Nothing,
+    /// That of the last body, for which all are computed.
+    Last,
+    /// That of every body.
+    All,
+}
+
+impl Read {
+    /// Name of a step that is followed by it.
+    pub(super) const fn method(self) -> &'static str {
+        match self {
+            Self::Nothing => "step-no-pose",
+            Self::Last => "step",
+            Self::All => "step-all-poses",
+        }
     }
 }
 

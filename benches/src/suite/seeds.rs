@@ -6,7 +6,7 @@
 
 use super::{Figure, Outcome};
 use crate::accuracy::case::{Case, Pattern, Shape};
-use crate::accuracy::entry::{Entry, measure};
+use crate::accuracy::entry::{Entry, TOLERANCE, TOLERANCE_METHOD, measure};
 use crate::accuracy::parse;
 use anyhow::Context;
 
@@ -84,7 +84,10 @@ impl Bounds {
     /// None where not one digit is promised.
     fn of(case: &Case, entry: &Entry) -> Option<Self> {
         let is_tree = entry.method == "dca";
-        let lost = lost(case, is_tree);
+        let [lost, corrected] = match case.shape {
+            Shape::Hard(hard) => hard.lost(entry.bodies),
+            _ => [lost(case, is_tree), 1.0],
+        };
         #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
         let walk = (entry.bodies as f64).sqrt();
         let plain = |epsilon: f64, lost: f64| Self {
@@ -94,10 +97,15 @@ impl Bounds {
         let bounds = match (entry.method.as_str(), entry.precision.as_str()) {
             // Each correction gains the digits of the joins; and in f64 no pattern costs a digit then.
             ("dca+1", _) => Self {
-                median: 1e-12 * slender(case),
-                max: 1e-9 * slender(case),
+                median: 1e-12 * slender(case) * corrected,
+                max: 1e-9 * slender(case) * corrected,
             },
-            ("dca+2" | "aba+1", _) => plain(f64::EPSILON, 1.0),
+            ("dca+2" | "aba+1", _) => plain(f64::EPSILON, corrected),
+            // Met, or refused.
+            (TOLERANCE_METHOD, _) => Self {
+                median: TOLERANCE,
+                max: TOLERANCE,
+            },
             (_, "f64/f32") => Self {
                 median: 1e-6 * slender(case) * lost.sqrt(),
                 max: 5e-5 * slender(case) * lost.sqrt(),

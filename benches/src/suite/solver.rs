@@ -1,8 +1,9 @@
 //! The solvers of forward dynamics, behind one door.
 
 use vertebra::{
-    Batch, DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Residual, Solved, State,
-    Workspace, aba, aba_batch, crba_forward_dynamics, dca, joint_wrenches, refine, residual,
+    Batch, DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Residual, Solved,
+    SolverOptions, State, Workspace, aba, aba_batch, crba_forward_dynamics, dca, joint_wrenches,
+    refine, residual,
 };
 
 /// A way to compute forward dynamics.
@@ -272,6 +273,40 @@ impl Solver for Refined {
         aba(model, state, forces, &mut workspace)?;
         self.refined(forces, &mut workspace)?;
         residual(model, state, forces, &workspace).map(Some)
+    }
+}
+
+/// Whatever meets a tolerance, or is refused.
+pub struct ToTolerance(pub &'static str, pub f64);
+
+impl Solver for ToTolerance {
+    fn method(&self) -> &'static str {
+        self.0
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::F64
+    }
+
+    fn keeps_body_forces(&self) -> bool {
+        false
+    }
+
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
+        let options = SolverOptions {
+            parallel: false,
+            ..SolverOptions::to_tolerance(self.1)
+        };
+        let mut solver = vertebra::Solver::new(model, &options)?;
+        let solve = |(state, forces): &(State, Forces)| {
+            let solved = solver.forward_dynamics(model, state, forces);
+            solved.map(<[f64]>::to_vec)
+        };
+        inputs.iter().map(solve).collect()
+    }
+
+    fn residual(&self, _: &Model, _: &State, _: &Forces) -> Result<Option<Residual>, Error> {
+        Ok(None)
     }
 }
 

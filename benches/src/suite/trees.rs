@@ -41,15 +41,15 @@ impl Problem {
     }
 
     /// The same with inertia of their own in two freedoms of three, over six decades.
-    fn with_rotors(name: String, model: Model, seed: u64) -> Self {
-        let mut problem = Self::new(name, model, seed);
+    fn with_rotors(name: String, model: Model, seed: u64) -> anyhow::Result<Self> {
+        let mut problem = Self::new(name, model, seed)?;
         let mut random = Random::new(seed ^ 0x0007_0705);
         let own = |_| match random.below(3) {
             0 => 0.0,
             _ => 1e-3 * 1e6_f64.powf(random.unit()),
         };
         problem.forces.joint_inertia = (0..problem.model.dof_count()).map(own).collect();
-        problem
+        Ok(problem)
     }
 
     /// Bodies and degrees of freedom, whichever are more.
@@ -108,7 +108,7 @@ fn small_problems() -> anyhow::Result<Vec<Problem>> {
         for count in [1, 4, 20] {
             let model = generate::random_mechanism(count, false, seed)?;
             let name = format!("mechanism of {count} seed {seed}");
-            problems.push(Problem::with_rotors(name, model, seed));
+            problems.push(Problem::with_rotors(name, model, seed)?);
         }
     }
     Ok(problems)
@@ -133,7 +133,7 @@ fn large_problems() -> anyhow::Result<Vec<Problem>> {
         for seed in 0..4 {
             let model = generate::random_mechanism(count, false, seed)?;
             let name = format!("mechanism of {count}, seed {seed}");
-            problems.push(Problem::with_rotors(name, model, seed));
+            problems.push(Problem::with_rotors(name, model, seed)?);
         }
         let chain = generate::random_chain(count, &Rod::default(), 1)?;
         problems.push(Problem::new(format!("chain of {count}"), chain, 1)?);

@@ -209,6 +209,53 @@ pub enum ModelError {
     },
 }
 
+impl ModelError {
+    /// The body or frame that the error speaks of.
+    #[must_use]
+    pub fn culprit(&self) -> Option<&str> {
+        self.element().0
+    }
+
+    /// Whether it speaks of the joint that carries the culprit.
+    #[must_use]
+    pub fn is_of_joint(&self) -> bool {
+        self.element().1
+    }
+
+    fn element(&self) -> (Option<&str>, bool) {
+        match self {
+            Self::ZeroAxis { body }
+            | Self::MasslessBody { body }
+            | Self::EmptyRange { body, .. }
+            | Self::UnsuitedSpring { body }
+            | Self::Negative { body, .. } => (Some(body), true),
+            Self::NonFinite {
+                quantity, element, ..
+            }
+            | Self::NonUnitQuaternion {
+                quantity, element, ..
+            }
+            | Self::AbsurdSize {
+                quantity, element, ..
+            } => (Some(element), quantity.starts_with("joint")),
+            Self::UnknownParent { body, .. }
+            | Self::UnknownBody { user: body, .. }
+            | Self::Cycle { body }
+            | Self::NegativeMass { body, .. }
+            | Self::AsymmetricInertia { body }
+            | Self::NonPhysicalInertia { body, .. }
+            | Self::DuplicateName { name: body } => (Some(body), false),
+            Self::Empty { .. }
+            | Self::TooLarge { .. }
+            | Self::UnsupportedVersion { .. }
+            | Self::EmptyName { .. }
+            | Self::WrongLength { .. }
+            | Self::NoSuchBody { .. }
+            | Self::BadParameter { .. } => (None, false),
+        }
+    }
+}
+
 /// What an impossible inertia violates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

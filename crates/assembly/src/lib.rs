@@ -39,7 +39,7 @@ mod validate;
 #[cfg(feature = "xml")]
 pub mod xml;
 
-pub use builder::{BuildError, Builder, Built, Curve, Matter, Problem, Solid, SolidError};
+pub use builder::{BodyShape, BuildError, Builder, Built, Centerline, Matter, Problem, SolidError};
 pub use compound::Compound;
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
 pub use edit::{Edit, Edited};

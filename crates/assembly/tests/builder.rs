@@ -8,8 +8,8 @@ use common::{Digest, assert_same_placement, body_placements};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use vertebra_assembly::generate::{self, Rod};
 use vertebra_assembly::{
-    Builder, Compound, Curve, Joint, JointLimits, MassProperties, Mimic, ModelDescription,
-    ModelError, Problem, Random, Solid, SolidError, Spring, State,
+    BodyShape, Builder, Centerline, Compound, Joint, JointLimits, MassProperties, Mimic,
+    ModelDescription, ModelError, Problem, Random, SolidError, Spring, State,
 };
 use vertebra_spatial::Pose;
 
@@ -165,7 +165,7 @@ fn mirror_images_move_as_mirrors_show() {
         };
         let mut pose = || Pose::new(random.rotation(), random.direction());
         let joint = joint.at(pose()).on_child(pose());
-        let matter = Solid::cuboid(DVec3::new(0.1, 0.2, 0.3)).placed(&pose());
+        let matter = BodyShape::cuboid(DVec3::new(0.1, 0.2, 0.3)).placed(&pose());
         limb = limb.body(format!("part {index}"), joint, matter);
     }
     let normal = DVec3::new(1.0, -2.0, 0.5);
@@ -206,12 +206,12 @@ fn strands_follow_their_curves() {
     let bend = |t: f64| DVec3::new(t, (2.0 * t).sin(), 0.3 * t * t);
     let points: Vec<DVec3> = (0..12).map(|k| bend(0.25 * f64::from(k))).collect();
     for curve in [
-        Curve::polyline(points.clone()),
-        Curve::spline(points.clone()),
+        Centerline::polyline(points.clone()),
+        Centerline::spline(points.clone()),
     ] {
         let count = 40;
         let joint = Joint::spherical();
-        let hair = |length| Solid::capsule(1e-3, length).placed(&up(0.5 * length));
+        let hair = |length| BodyShape::capsule(1e-3, length).placed(&up(0.5 * length));
         let strand = Builder::new("hair").along_curve("link", &curve, count, joint, hair);
         let model = strand.build().unwrap().model;
         assert_eq!(model.bodies().len(), count);
@@ -261,7 +261,7 @@ fn solids_are_those_of_closed_forms() {
     let triangles: Vec<[u32; 3]> = (faces.iter())
         .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
         .collect();
-    let expected = Solid::cuboid(size)
+    let expected = BodyShape::cuboid(size)
         .of_density(700.0)
         .mass_properties()
         .unwrap();
@@ -284,7 +284,7 @@ fn solids_are_those_of_closed_forms() {
         (&soup, &apart, expected),
         (&moved, &triangles, expected.placed(&place)),
     ] {
-        let found = Solid::mesh(vertices, triangles)
+        let found = BodyShape::mesh(vertices, triangles)
             .of_density(700.0)
             .mass_properties()
             .unwrap();
@@ -303,13 +303,13 @@ fn solids_are_those_of_closed_forms() {
     // Shapes of revolution against a fine sum of discs.
     for (solid, radius_at, half) in [
         (
-            Solid::sphere(0.3),
+            BodyShape::sphere(0.3),
             (|z: f64| (0.09 - z * z).max(0.0).sqrt()) as fn(f64) -> f64,
             0.3,
         ),
-        (Solid::cylinder(0.2, 1.0), |_| 0.2, 0.5),
+        (BodyShape::cylinder(0.2, 1.0), |_| 0.2, 0.5),
         (
-            Solid::capsule(0.2, 1.0),
+            BodyShape::capsule(0.2, 1.0),
             |z: f64| (0.04 - (z.abs() - 0.5).max(0.0).powi(2)).max(0.0).sqrt(),
             0.7,
         ),
@@ -340,7 +340,7 @@ fn meshes_that_are_no_solids_are_refused() {
     let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     let tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
     let of = |vertices: &[DVec3], triangles: &[[u32; 3]]| {
-        Solid::mesh(vertices, triangles).mass_properties()
+        BodyShape::mesh(vertices, triangles).mass_properties()
     };
     assert!((of(&corners, &tetrahedron).unwrap().mass - 1000.0 / 6.0).abs() <= 1e-12);
     assert!(matches!(
@@ -367,10 +367,10 @@ fn meshes_that_are_no_solids_are_refused() {
         Err(SolidError::NonFiniteVertex { vertex: 0 })
     ));
     for solid in [
-        Solid::sphere(0.0),
-        Solid::capsule(1.0, f64::NAN),
-        Solid::sphere(1.0).of_density(-1.0),
-        Solid::sphere(1.0).of_mass(f64::INFINITY),
+        BodyShape::sphere(0.0),
+        BodyShape::capsule(1.0, f64::NAN),
+        BodyShape::sphere(1.0).of_density(-1.0),
+        BodyShape::sphere(1.0).of_mass(f64::INFINITY),
     ] {
         assert!(matches!(
             solid.mass_properties(),
@@ -386,12 +386,12 @@ fn all_problems_are_named_at_once() {
     let error = Builder::new("wreck")
         .tag("early")
         .body("a", Joint::revolute(DVec3::ZERO), rod)
-        .body("a", Joint::fixed(), Solid::sphere(-1.0))
+        .body("a", Joint::fixed(), BodyShape::sphere(-1.0))
         .from("nowhere")
         .chain("none", 0, Joint::fixed(), rod, Pose::IDENTITY)
         .along_curve(
             "flat",
-            &Curve::polyline([DVec3::X]),
+            &Centerline::polyline([DVec3::X]),
             3,
             Joint::fixed(),
             |_| rod,

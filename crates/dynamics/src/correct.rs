@@ -10,32 +10,58 @@
 //! qdd = D^-1 (u - U'a'), a = a' + S qdd; then f = IA a + pA.
 
 use crate::drive::transmitted;
-use crate::link::Kind;
-use crate::refine::{enlarge, left, relative};
+use crate::link::{Kind, Link};
+use crate::refine::{Loads, Size, relative};
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Refinement, Workspace, finite_results, joint_wrenches};
+use core::ops::AddAssign;
 use vertebra_spatial::{Force, Motion, Real, Vec3};
 
 /// Memory of the corrections, one entry a body unless it says otherwise.
 #[derive(Clone, Debug)]
 pub(crate) struct Corrections<T> {
-    /// What the children take of a body's force, about its origin, and their bias forces; zero between
-    /// corrections, as is the next.
-    arriving: Vec<[Force<T>; 2]>,
-    /// The largest entries of the forces that children take.
-    sizes: Vec<[T; 6]>,
+    /// What children other than the next body hand on; nothing between corrections.
+    arriving: Vec<Arriving<T>>,
     /// pA.
     biases: Vec<Force<T>>,
+    /// Of bodies that have children other than the next.
     accelerations: Vec<Motion<T>>,
     /// u, then the correction of qdd; one entry a freedom.
     u: Vec<T>,
 }
 
+/// What children hand on to a body, about its origin.
+#[derive(Clone, Copy, Debug)]
+struct Arriving<T> {
+    /// What they take of its force.
+    taken: Force<T>,
+    /// Their bias force.
+    bias: Force<T>,
+    /// Size of what they take.
+    size: Size<T>,
+}
+
+impl<T: Real> Arriving<T> {
+    const NOTHING: Self = Self {
+        taken: Force::ZERO,
+        bias: Force::ZERO,
+        size: Size::ZERO,
+    };
+}
+
+impl<T: Real> AddAssign for Arriving<T> {
+    #[inline(always)]
+    fn add_assign(&mut self, rhs: Self) {
+        self.taken += rhs.taken;
+        self.bias += rhs.bias;
+        self.size = self.size.or(rhs.size);
+    }
+}
+
 impl<T: Real> Corrections<T> {
     fn new(bodies: usize, freedoms: usize) -> Self {
         Self {
-            arriving: vec![[Force::ZERO; 2]; bodies],
-            sizes: vec![[T::ZERO; 6]; bodies],
+            arriving: vec![Arriving::NOTHING; bodies],
             biases: vec![Force::ZERO; bodies],
             accelerations: vec![Motion::ZERO; bodies],
             u: vec![T::ZERO; freedoms],
@@ -44,8 +70,8 @@ impl<T: Real> Corrections<T> {
 }
 
 impl Workspace {
-    /// Corrects the solution of the last [`aba`](crate::aba) once.
-    pub(crate) fn correct(&mut self, forces: &Forces) -> Result<Refinement, Error> {
+    /// Corrects the solution of the last [`aba`](crate::aba) once, or adds the response to other loads.
+    pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         forces.check(&self.model)?;
         if !self.computed.joint_wrenches {
             joint_wrenches(self)?;
@@ -57,7 +83,8 @@ impl Workspace {
         let failed = in_precision!(&mut self.arrays, s => {
             let mut own = (s.corrections.take())
                 .unwrap_or_else(|| Corrections::new(s.links.len(), s.u.len()).into());
-            refined.residual = s.correct(&mut own);
+            refined.residual = s.gather_again(&mut own, loads);
+            s.respond_again(&mut own);
             let (mut change, mut largest) = (0.0_f64, 0.0_f64);
             for (k, &by) in own.u.iter().enumerate() {
                 s.u[k] += by;
@@ -78,109 +105,161 @@ impl Workspace {
 }
 
 impl<T: Real> Sweeps<T> {
-    /// Corrects accelerations and transmitted forces; leaves the correction of qdd in `u`. Gives the
-    /// residual before.
-    fn correct(&mut self, own: &mut Corrections<T>) -> f64 {
+    /// Up: bias forces of what acts. Gives the largest part of its terms that a body's equation
+    /// leaves.
+    fn gather_again(&self, own: &mut Corrections<T>, loads: Loads) -> f64 {
         let mut worst = 0.0_f64;
+        let mut arriving = Arriving::NOTHING;
         for i in (0..self.links.len()).rev() {
-            worst = worst.max(self.gather_again(i, own));
-        }
-        for i in 0..self.links.len() {
-            self.respond_again(i, own);
+            let Link {
+                parent,
+                kind,
+                v,
+                gathers,
+                ..
+            } = self.links[i];
+            if gathers {
+                arriving += core::mem::replace(&mut own.arriving[i], Arriving::NOTHING);
+            }
+            let (f, external) = (self.joint_wrench[i], self.external[i]);
+            let inertial = self.inertia[i].mul(self.acceleration[i]);
+            let rest = (f + external) - (inertial + arriving.taken);
+            let size = (Size::of_force(f).or(Size::of_force(external)))
+                .or(Size::of_force(inertial).or(arriving.size));
+            worst = worst.max(size.left(Size::of_force(rest)));
+            let load = match loads {
+                Loads::Left => rest,
+                Loads::Rounding => {
+                    let turned = Size::of_turning(&self.inertia[i], self.acceleration[i]);
+                    size.or(turned).rounding(i)
+                }
+            };
+            let bias = arriving.bias - load;
+            own.biases[i] = bias;
+            let passed = match kind {
+                Kind::Revolute | Kind::Prismatic => {
+                    let column = self.subspace[v];
+                    let u = if kind == Kind::Revolute {
+                        -column.angular.dot(bias.angular)
+                    } else {
+                        -column.linear.dot(bias.linear)
+                    };
+                    own.u[v] = u;
+                    bias + self.u_columns[v] * (u * self.d_inverse[i])
+                }
+                _ => self.let_go_again(i, own, bias),
+            };
+            arriving = Arriving::NOTHING;
+            if let Some(parent) = parent {
+                let r = self.offset[i];
+                let taken = f.shifted_back(r);
+                let handed = Arriving {
+                    taken,
+                    bias: passed.shifted_back(r),
+                    size: Size::of_force(taken),
+                };
+                if parent + 1 == i {
+                    arriving = handed;
+                } else {
+                    own.arriving[parent] += handed;
+                }
+            }
         }
         worst
     }
 
-    /// Up through one joint; gives what the body's equation leaves, as part of its largest term.
-    fn gather_again(&self, i: usize, own: &mut Corrections<T>) -> f64 {
-        let (f, external) = (self.joint_wrench[i], self.external[i]);
-        let inertial = self.inertia[i].mul(self.acceleration[i]);
-        let [taken, bias] = core::mem::replace(&mut own.arriving[i], [Force::ZERO; 2]);
-        let mut size = core::mem::replace(&mut own.sizes[i], [T::ZERO; 6]);
-        for term in [f, external, inertial] {
-            enlarge(&mut size, term.to_array());
-        }
-        let load = f + external - inertial - taken;
-        let bias = bias - load;
-        own.biases[i] = bias;
-
+    /// Takes what a joint of no or several freedoms lets go out of a bias force.
+    fn let_go_again(&self, i: usize, own: &mut Corrections<T>, bias: Force<T>) -> Force<T> {
         let mut passed = bias;
-        let dofs = self.dofs(i);
-        if let ([column], [u_column]) =
-            (&self.subspace[dofs.clone()], &self.u_columns[dofs.clone()])
-        {
-            let u = -column.dot(bias);
-            own.u[dofs.start] = u;
-            passed += *u_column * (u * self.d_inverse[i]);
-        } else {
-            self.let_go_again(i, own, &mut passed);
-        }
-        if let Some(parent) = self.links[i].parent {
-            let taken = f.shifted_back(self.offset[i]);
-            enlarge(&mut own.sizes[parent], taken.to_array());
-            own.arriving[parent][0] += taken;
-            own.arriving[parent][1] += passed.shifted_back(self.offset[i]);
-        }
-        left(load.to_array(), &size)
-    }
-
-    /// Takes what a joint of no or several freedoms lets go out of the bias force.
-    fn let_go_again(&self, i: usize, own: &mut Corrections<T>, passed: &mut Force<T>) {
         let dofs = self.dofs(i);
         let mut response = [T::ZERO; 6];
         for (dof, response) in dofs.clone().zip(&mut response) {
-            *response = -self.subspace[dof].dot(*passed);
+            *response = -self.subspace[dof].dot(passed);
             own.u[dof] = *response;
         }
         self.solve_pivots(i, &mut response);
         for (dof, response) in dofs.zip(response) {
-            *passed += self.u_columns[dof] * response;
+            passed += self.u_columns[dof] * response;
         }
         // As in the solution, what these let go is exactly nothing, unless they have inertia of their own.
         match self.links[i].kind {
             _ if self.holds(i) => {}
             Kind::Spherical => passed.angular = Vec3::ZERO,
-            Kind::Free => *passed = Force::ZERO,
+            Kind::Free => passed = Force::ZERO,
             _ => {}
         }
+        passed
     }
 
-    /// Down through one joint; corrects the body's acceleration and transmitted force.
-    fn respond_again(&mut self, i: usize, own: &mut Corrections<T>) {
-        let dofs = self.dofs(i);
-        let mut a = self.links[i].parent.map_or(Motion::ZERO, |parent| {
-            own.accelerations[parent].shifted(self.offset[i])
-        });
-        if let ([column], [u_column]) =
-            (&self.subspace[dofs.clone()], &self.u_columns[dofs.clone()])
-        {
-            let response = (own.u[dofs.start] - a.dot(*u_column)) * self.d_inverse[i];
-            a += *column * response;
-            own.u[dofs.start] = response;
-        } else {
-            let mut response = [T::ZERO; 6];
-            for (dof, response) in dofs.clone().zip(&mut response) {
-                *response = own.u[dof] - a.dot(self.u_columns[dof]);
+    /// Down: corrects the bodies' accelerations and transmitted forces.
+    fn respond_again(&mut self, own: &mut Corrections<T>) {
+        let mut last = Motion::ZERO;
+        for i in 0..self.links.len() {
+            let Link {
+                parent,
+                kind,
+                v,
+                gathers,
+                ..
+            } = self.links[i];
+            let above = match parent {
+                Some(parent) if parent + 1 == i => last,
+                Some(parent) => own.accelerations[parent],
+                None => Motion::ZERO,
+            };
+            let mut a = above.shifted(self.offset[i]);
+            let mut f;
+            match kind {
+                // U' a' = (X' U)' a_parent does not wait for a'.
+                Kind::Revolute => {
+                    let axis = self.subspace[v].angular;
+                    let response = (own.u[v] - above.dot(self.above[v].0)) * self.d_inverse[i];
+                    own.u[v] = response;
+                    a.angular += axis * response;
+                    f = self.articulated[i].mul(a) + own.biases[i];
+                    f.angular -= axis * (axis.dot(f.angular) + self.added[v] * response);
+                }
+                Kind::Prismatic => {
+                    let axis = self.subspace[v].linear;
+                    let response = (own.u[v] - above.dot(self.above[v].0)) * self.d_inverse[i];
+                    own.u[v] = response;
+                    a.linear += axis * response;
+                    f = self.articulated[i].mul(a) + own.biases[i];
+                    f.linear -= axis * (axis.dot(f.linear) + self.added[v] * response);
+                }
+                _ => {
+                    let dofs = self.dofs(i);
+                    let mut response = [T::ZERO; 6];
+                    for (dof, response) in dofs.clone().zip(&mut response) {
+                        *response = own.u[dof] - a.dot(self.u_columns[dof]);
+                    }
+                    self.solve_pivots(i, &mut response);
+                    for (dof, response) in dofs.clone().zip(response) {
+                        a += self.subspace[dof] * response;
+                        own.u[dof] = response;
+                    }
+                    f = self.articulated[i].mul(a) + own.biases[i];
+                    let mut tau = [T::ZERO; 6];
+                    for ((tau, dof), response) in tau.iter_mut().zip(dofs.clone()).zip(response) {
+                        *tau = -self.added[dof] * response;
+                    }
+                    f = transmitted(f, &self.subspace[dofs], &tau);
+                }
             }
-            self.solve_pivots(i, &mut response);
-            for (dof, response) in dofs.clone().zip(response) {
-                a += self.subspace[dof] * response;
-                own.u[dof] = response;
+            if gathers {
+                own.accelerations[i] = a;
             }
+            last = a;
+            self.acceleration[i] += a;
+            self.joint_wrench[i] += f;
         }
-        own.accelerations[i] = a;
-        self.acceleration[i] += a;
-        let f = self.articulated[i].mul(a) + own.biases[i];
-        let mut tau = [T::ZERO; 6];
-        for (tau, dof) in tau.iter_mut().zip(dofs.clone()) {
-            *tau = -self.added[dof] * own.u[dof];
-        }
-        self.joint_wrench[i] += transmitted(f, &self.subspace[dofs], &tau);
     }
 
-    /// Multiplies with D^-1 of a joint of several freedoms.
+    /// Multiplies with D^-1 of a joint, which of one freedom is a number.
     fn solve_pivots(&self, i: usize, response: &mut [T; 6]) {
-        if let Some(Some(factor)) = self.factors.get(self.factor_of[i] as usize) {
+        if self.links[i].kind.dof_count() == 1 {
+            response[0] = response[0] * self.d_inverse[i];
+        } else if let Some(Some(factor)) = self.factors.get(self.factor_of[i] as usize) {
             factor.solve(response);
         }
     }

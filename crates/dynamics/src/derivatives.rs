@@ -225,7 +225,7 @@ impl<T: Real> Sweeps<T> {
                 own.rate[dof] = own.first[dof] + v.cross(column);
             }
         }
-        for (id, wrench) in forces.external() {
+        for (id, wrench) in forces.acting() {
             if !wrench.body_axes {
                 let i = id.index();
                 let at = wrench.point.map_or(self.frames[i].center, |point| {

@@ -1,7 +1,7 @@
 //! Iterative refinement: solutions corrected by what they leave of the bodies' own equations.
 
 use crate::{Error, Forces, Solved};
-use vertebra_spatial::Real;
+use vertebra_spatial::{Force, Motion, Real, RigidInertia, Vec3, vec3};
 
 /// What one [`refine`] found and did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -49,6 +49,17 @@ pub fn refine(forces: &Forces, solved: &mut impl Solved) -> Result<Refinement, E
     solved.refine(forces)
 }
 
+/// What a sweep through the factors starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Loads {
+    /// What is left of the bodies' equations: a correction.
+    Left,
+    /// Forces as large as the rounding of those equations. Their response is what no correction in this
+    /// precision can take out, however small a residual it leaves: the condition of the problem in
+    /// its own equations, times epsilon. The solution has it added, so that a correction has to follow.
+    Rounding,
+}
+
 /// A largest change as part of the largest value; all of it, where the change is larger than what it
 /// leaves, or nothing is left.
 pub(crate) fn relative(change: f64, largest: f64) -> f64 {
@@ -59,11 +70,77 @@ pub(crate) fn relative(change: f64, largest: f64) -> f64 {
     (change / largest.max(change)).min(1.0)
 }
 
-/// Takes the larger absolute value, entry by entry.
-#[inline(always)]
-pub(crate) fn enlarge<T: Real>(size: &mut [T; 6], term: [T; 6]) {
-    for (size, entry) in size.iter_mut().zip(term) {
-        *size = larger(*size, entry.abs());
+/// The largest entries of the terms of an equation, of moments and of forces (or of the two parts of
+/// accelerations).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Size<T> {
+    angular: T,
+    linear: T,
+}
+
+impl<T: Real> Size<T> {
+    pub(crate) const ZERO: Self = Self {
+        angular: T::ZERO,
+        linear: T::ZERO,
+    };
+
+    #[inline(always)]
+    pub(crate) fn of_force(f: Force<T>) -> Self {
+        Self {
+            angular: largest(f.angular),
+            linear: largest(f.linear),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn of_motion(m: Motion<T>) -> Self {
+        Self::of_force(Force::new(m.angular, m.linear))
+    }
+
+    /// Of the terms that an inertia's moment about its axes is summed from, which cancel for thin bodies
+    /// in world axes.
+    #[inline(always)]
+    pub(crate) fn of_turning(inertia: &RigidInertia<T>, a: Motion<T>) -> Self {
+        Self {
+            angular: inertia.rotational.trace() * largest(a.angular),
+            linear: T::ZERO,
+        }
+    }
+
+    /// The larger of two, each part by itself.
+    #[inline(always)]
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self {
+            angular: larger(self.angular, other.angular),
+            linear: larger(self.linear, other.linear),
+        }
+    }
+
+    /// What is left of an equation, whose size is `rest`, as part of the largest of its terms.
+    #[inline(always)]
+    pub(crate) fn left(self, rest: Self) -> f64 {
+        let rest = larger(rest.angular, rest.linear);
+        if rest == T::ZERO {
+            return 0.0;
+        }
+        (rest / larger(self.angular, self.linear)).to_f64()
+    }
+
+    /// A force as large as the rounding of an equation of this size, its signs those of a body's
+    /// number and the same in every run.
+    #[inline]
+    pub(crate) fn rounding(self, body: usize) -> Force<T> {
+        // Weyl's sequence of the golden section, of whose bits no six neighbours are alike for long.
+        let bits = (body as u64)
+            .wrapping_add(1)
+            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            >> 32;
+        let [n, f] = [self.angular, self.linear].map(|size| size * T::EPSILON);
+        let signed = |size: T, bit: u32| if bits >> bit & 1 == 0 { size } else { -size };
+        Force::new(
+            vec3(signed(n, 0), signed(n, 1), signed(n, 2)),
+            vec3(signed(f, 3), signed(f, 4), signed(f, 5)),
+        )
     }
 }
 
@@ -73,16 +150,7 @@ fn larger<T: Real>(a: T, b: T) -> T {
 }
 
 #[inline(always)]
-fn largest<T: Real>([a, b, c, x, y, z]: &[T; 6]) -> T {
-    larger(larger(larger(*a, *x), larger(*b, *y)), larger(*c, *z))
-}
-
-/// What is left of an equation, as part of the largest of its terms, whose entries are at most `size`.
-#[inline(always)]
-pub(crate) fn left<T: Real>(rest: [T; 6], size: &[T; 6]) -> f64 {
-    let rest = largest(&rest.map(T::abs));
-    if rest == T::ZERO {
-        return 0.0;
-    }
-    (rest / largest(size)).to_f64()
+fn largest<T: Real>(v: Vec3<T>) -> T {
+    let Vec3 { x, y, z } = v.abs();
+    larger(larger(x, y), z)
 }

@@ -17,6 +17,7 @@
 //! largest of their sums, in the model's own units.
 
 use crate::link::Scales;
+use crate::refine::Loads;
 use crate::workspace::{Sweeps, Workspace, in_precision};
 use crate::{Error, Forces, Refinement};
 use vertebra_assembly::{Model, State};
@@ -105,7 +106,7 @@ impl Solved for Workspace {
     }
 
     fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
-        self.correct(forces)
+        self.correct(forces, Loads::Left)
     }
 }
 

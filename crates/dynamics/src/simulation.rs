@@ -209,6 +209,13 @@ impl Simulation {
         Ok(&self.state)
     }
 
+    /// The state as the host knows it, which on a GPU is the one that was set or read last: what is left of
+    /// a simulation whose device was lost.
+    #[must_use]
+    pub const fn last_state(&self) -> &State {
+        &self.state
+    }
+
     /// Replaces the state.
     ///
     /// # Errors

@@ -9,8 +9,12 @@
 //! error after k <= change_k * min(1, [`CAUTION`] change_k / change_(k-1)),   change_0 = 1,
 //!
 //! in norms that are not quite those of rho, for which there is the caution (a hundred covers all cases
-//! of `docs/accuracy.md`). What the precision itself can do bounds it from below.
+//! of `docs/accuracy.md`). Corrections do not see what rounding has made of the bodies' equations
+//! themselves: a rod that spins about itself has a moment of inertia that is lost beside the others once
+//! it is turned to world axes. So forces as large as that rounding are put through the factors too, and
+//! what they move bounds the estimate from below.
 
+use crate::refine::Loads;
 use crate::{
     Algorithm, DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace, aba,
     cost, dca, refine,
@@ -25,6 +29,10 @@ const CAUTION: f64 = 100.0;
 /// Errors of a precision that rounding alone makes likely, as multiples of its epsilon: no method in it
 /// is asked for less.
 const ROUNDING: f64 = 1024.0;
+
+/// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
+/// the bodies' equations ([`Loads::Rounding`]), which is a random sample of it.
+const NOISE: f64 = 16.0;
 
 /// Corrections of one solution at most: what has not converged by then is had more cheaply from the
 /// next more precise method.
@@ -87,6 +95,16 @@ impl Method {
             Self::Aba(workspace) => refine(forces, &mut **workspace),
             Self::Dca(workspace) => refine(forces, &mut **workspace),
         }
+    }
+
+    /// The error that rounding in the bodies' equations leaves, whatever corrections are made. The
+    /// solution has it added: corrections follow.
+    fn rounding(&mut self, forces: &Forces) -> Result<f64, Error> {
+        let response = match self {
+            Self::Aba(workspace) => workspace.correct(forces, Loads::Rounding),
+            Self::Dca(workspace) => workspace.correct(forces, Loads::Rounding),
+        };
+        response.map(|response| response.change)
     }
 
     pub(crate) fn accelerations(&self) -> Result<&[f64], Error> {
@@ -280,6 +298,7 @@ impl Ladder {
             )?),
         };
         method.solve(model, state, forces)?;
+        let rounding = method.rounding(forces)?;
         let mut achieved = Achieved {
             algorithm: rung.algorithm,
             precision: rung.precision,
@@ -295,13 +314,14 @@ impl Ladder {
             achieved.sweeps += 1;
             achieved.residual = residual;
             achieved.error = change * expected.min(1.0);
-            if achieved.error <= self.tolerance || change > 0.5 * before {
+            let met = achieved.error.max(NOISE * rounding) <= self.tolerance;
+            if met || change > 0.5 * before {
                 break;
             }
             before = change;
         }
-        // No solution is more exact than its rounding.
-        achieved.error = achieved.error.max(f64::EPSILON);
+        // No solution is more exact than the rounding of its equations.
+        achieved.error = achieved.error.max(NOISE * rounding).max(f64::EPSILON);
         Ok(achieved)
     }
 }

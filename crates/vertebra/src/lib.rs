@@ -12,10 +12,10 @@ pub use glam;
 #[cfg(feature = "urdf")]
 pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
-    self as assembly, Body, BodyDescription, BodyId, BuildError, Builder, Built, Compound, Curve,
-    Edit, Edited, Frame, FrameDescription, Joint, JointKind, JointLimits, MassProperties, Mimic,
-    Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Solid, Spring, State, Stop,
-    Units, generate, schedule,
+    self as assembly, Body, BodyDescription, BodyId, BodyShape, BuildError, Builder, Built,
+    Centerline, Compound, Edit, Edited, Frame, FrameDescription, Joint, JointKind, JointLimits,
+    MassProperties, Mimic, Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring,
+    State, Stop, Units, generate, schedule,
 };
 pub use vertebra_collision::{
     self as collision, ClassifiedPair, ClosePair, Collider, Culling, Curve, CurvePoint, Curves,

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 #[expect(unused_imports, reason = "the documentation names them")]
 use super::{
     ARRANGE, BLOCK_PAIRS, EXPAND_PAIRS, FIT_LEAVES, FIT_NODES, HILBERT, JOIN_PAIRS, PLACE_BODIES,
-    QUALITY, SPLIT_PAIRS, moller, narrow,
+    QUALITY, SPLIT_PAIRS, moller, narrow, settle,
 };
 
 /// Triangles of a block, and children of a node.
@@ -30,8 +30,9 @@ pub const TILE: u32 = 64;
 /// Pairs of nodes that a workgroup of [`EXPAND_PAIRS`] takes at a time.
 pub const EXPANDED_A_ROUND: u32 = 8;
 
-/// Counters: of pairs of blocks, hits and undecided pairs, then of pairs of nodes for each level above.
-pub const COUNTERS: usize = 3 + LEVELS;
+/// Words before an answer: the numbers of hits, of pairs of blocks, of undecided pairs and of those left to the host, then of
+/// pairs of nodes for each level above.
+pub const COUNTERS: usize = 4 + LEVELS;
 
 /// Children that a workgroup of [`FIT_LEAVES`] and [`FIT_NODES`] takes.
 pub const FIT: u32 = 256;
@@ -84,7 +85,7 @@ pub struct Sizes {
     pub b_at: u32,
 }
 
-/// What [`narrow`] has room for.
+/// What [`narrow`], [`settle`] and [`moller`] have room for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Places {
@@ -94,8 +95,8 @@ pub struct Places {
     pub hits: u32,
     /// Places for undecided pairs.
     pub undecided: u32,
-    /// The word at which undecided pairs begin.
-    pub undecided_at: u32,
+    /// Places for those of them that are left to the host.
+    pub left: u32,
     /// Words of an answer for one job, or of a row of the matrix.
     pub answer: u32,
     /// Words of the part of it that is about A.

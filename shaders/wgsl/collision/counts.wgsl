@@ -2,8 +2,11 @@
 const HITS: u32 = 0u;
 const QUEUED: u32 = 1u;
 const UNDECIDED: u32 = 2u;
+const LEFT: u32 = 3u;
+// Where the counters end and the answer begins.
+const ANSWER: u32 = 16u;
 
-// The counter of the queue of a level: of blocks it is QUEUED, others come after all else.
+// The counter of the queue of a level: of blocks it is QUEUED, others come after LEFT.
 fn queue_counter(level: u32) -> u32 {
-    return select(UNDECIDED + level, QUEUED, level == 0u);
+    return select(LEFT + level, QUEUED, level == 0u);
 }

@@ -21,10 +21,6 @@
 const RELATIVE: f32 = 1.25e-6;
 const UNDERFLOW: f32 = 7.7037198e-34; // 2^-110
 
-const MISS: u32 = 0u;
-const HIT: u32 = 1u;
-const OPEN: u32 = 2u;
-
 struct Corners {
     p: vec3<f32>,
     q: vec3<f32>,

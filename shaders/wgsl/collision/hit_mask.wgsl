@@ -1,10 +1,10 @@
 // A bit for each triangle that is in a pair: those of A, then those of B, for each job.
 fn word_a(a: u32, job: u32) -> u32 {
-    return job * places.answer + a / 32u;
+    return ANSWER + job * places.answer + a / 32u;
 }
 
 fn word_b(b: u32, job: u32) -> u32 {
-    return job * places.answer + places.answer_a + b / 32u;
+    return ANSWER + job * places.answer + places.answer_a + b / 32u;
 }
 
 fn wanted(a: u32, b: u32, job: u32) -> bool {

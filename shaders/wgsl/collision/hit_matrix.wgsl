@@ -4,5 +4,5 @@ fn wanted(a: u32, b: u32, job: u32) -> bool {
 }
 
 fn hit(a: u32, b: u32, job: u32) {
-    atomicOr(&found[(a - places.row) * places.answer + b / 32u], 1u << (b & 31u));
+    atomicOr(&found[ANSWER + (a - places.row) * places.answer + b / 32u], 1u << (b & 31u));
 }

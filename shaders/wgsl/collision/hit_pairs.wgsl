@@ -4,8 +4,11 @@ fn wanted(a: u32, b: u32, job: u32) -> bool {
 }
 
 fn hit(a: u32, b: u32, job: u32) {
-    let place = atomicAdd(&counts[HITS], 1u);
+    let place = atomicAdd(&found[HITS], 1u);
     if place < places.hits {
-        put(3u * place, vec3<u32>(a, b, job));
+        let at = ANSWER + 3u * place;
+        atomicStore(&found[at], a);
+        atomicStore(&found[at + 1u], b);
+        atomicStore(&found[at + 2u], job);
     }
 }

@@ -7,8 +7,8 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let i = (group.y * groups.x + group.x) * 256u + lane;
-    if i < min(counts[HITS], split.pairs) {
-        found[3u * i] = first[i];
-        found[3u * i + 1u] = second[i];
+    if i < min(found[HITS], split.pairs) {
+        found[ANSWER + 3u * i] = first[i];
+        found[ANSWER + 3u * i + 1u] = second[i];
     }
 }

@@ -23,8 +23,7 @@ struct Tolerance {
 @group(0) @binding(5) var<storage, read> leaves_a: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read> vertices_b: array<u32>;
 @group(0) @binding(7) var<storage, read> leaves_b: array<vec4<u32>>;
-@group(0) @binding(8) var<storage, read_write> counts: array<atomic<u32>>;
-@group(0) @binding(9) var<storage, read_write> found: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> found: array<atomic<u32>>;
 
 // A triangle with its plane normal . x + offset = 0.
 struct Planed {

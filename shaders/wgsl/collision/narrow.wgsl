@@ -13,7 +13,7 @@ const RECORD: u32 = 21u;
 // this part of the error of a coordinate, and more.
 const DEFINITION: f32 = 1.5e-8;
 
-// Whether pairs that meet are left to the host like the undecided, for more than that they do.
+// Whether pairs that meet are listed like the undecided, for more than that they do.
 override LEAVE_HITS: u32 = 0u;
 
 @group(0) @binding(0) var<uniform> places: Places;
@@ -23,8 +23,8 @@ override LEAVE_HITS: u32 = 0u;
 @group(0) @binding(4) var<storage, read> leaves_a: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> vertices_b: array<u32>;
 @group(0) @binding(6) var<storage, read> leaves_b: array<vec4<u32>>;
-@group(0) @binding(7) var<storage, read_write> counts: array<atomic<u32>>;
-@group(0) @binding(8) var<storage, read_write> found: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> found: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> undecided: array<u32>;
 
 // Triangles of A, then triangles of B.
 var<workgroup> names: array<u32, LANES>;
@@ -104,13 +104,19 @@ fn stage_b(place: u32, leaf: vec4<u32>, job: Job) {
     highs[SIDE + place] = bounds.high;
 }
 
-// Leaves a pair to the host, with its coordinates as they are in memory.
+fn put(at: u32, words: vec3<u32>) {
+    undecided[at] = words.x;
+    undecided[at + 1u] = words.y;
+    undecided[at + 2u] = words.z;
+}
+
+// Leaves a pair undecided, with its coordinates as they are in memory.
 fn leave(a: vec4<u32>, b: vec4<u32>, job: u32) {
-    let place = atomicAdd(&counts[UNDECIDED], 1u);
+    let place = atomicAdd(&found[UNDECIDED], 1u);
     if place >= places.undecided {
         return;
     }
-    let at = places.undecided_at + RECORD * place;
+    let at = RECORD * place;
     put(at, vec3<u32>(a.w, b.w, job));
     put(at + 3u, words_a(a.x));
     put(at + 6u, words_a(a.y));
@@ -127,7 +133,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     if lane == 0u {
-        queued = min(atomicLoad(&counts[QUEUED]), places.queue);
+        queued = min(atomicLoad(&found[QUEUED]), places.queue);
     }
     let count = workgroupUniformLoad(&queued);
     let all_rounds = (count + PAIRS - 1u) / PAIRS;

@@ -8,7 +8,6 @@ struct Split {
 }
 
 @group(0) @binding(0) var<uniform> split: Split;
-@group(0) @binding(1) var<storage, read> counts: array<u32>;
-@group(0) @binding(2) var<storage, read_write> first: array<u32>;
-@group(0) @binding(3) var<storage, read_write> second: array<u32>;
-@group(0) @binding(4) var<storage, read_write> found: array<u32>;
+@group(0) @binding(1) var<storage, read_write> first: array<u32>;
+@group(0) @binding(2) var<storage, read_write> second: array<u32>;
+@group(0) @binding(3) var<storage, read_write> found: array<u32>;

@@ -7,9 +7,9 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let i = (group.y * groups.x + group.x) * 256u + lane;
-    if i < min(counts[HITS], split.pairs) {
-        let a = found[3u * i];
-        let b = found[3u * i + 1u];
+    if i < min(found[HITS], split.pairs) {
+        let a = found[ANSWER + 3u * i];
+        let b = found[ANSWER + 3u * i + 1u];
         first[i] = select(a, min(a, b), split.ordered != 0u);
         second[i] = select(b, max(a, b), split.ordered != 0u);
     }

@@ -34,19 +34,7 @@ fn look(bounds: Bounds, lane: u32) -> Ahead {
 
 fn run_round(ahead: Ahead, lane: u32, is_up: bool) {
     let bounds = ahead.bounds;
-    if !is_up {
-        let items = bounds.joins - bounds.first;
-        let passes = (items + LANES - 1u) / LANES;
-        for (var pass_ = 0u; pass_ < passes; pass_++) {
-            let item = pass_ * LANES + lane;
-            if item < items {
-                let word = words[bounds.first + item];
-                if (word & 3u) == CHUNK {
-                    place_chunk(word >> 2u);
-                }
-            }
-        }
-    }
+    run_items(bounds, lane, is_up);
     let joins = (bounds.end - bounds.joins) / RECORD;
     let passes = (joins + LANES - 1u) / LANES;
     for (var pass_ = 0u; pass_ < passes; pass_++) {

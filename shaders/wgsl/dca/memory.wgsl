@@ -149,7 +149,13 @@ fn slot_at(slots: Slots, place: u32) -> u32 {
     return words[slots.jag + place] + slots.rank;
 }
 
-// A slot and what tables say of it: looked up a place ahead, because what is read of a body waits for these.
+// The slot at a place of a chunk, or at its last one. Looked up two places ahead, because what is read of a
+// body waits for it, and a lane waits where a read does.
+fn slot_ahead(slots: Slots, place: u32) -> u32 {
+    return slot_at(slots, min(place, slots.length - 1u));
+}
+
+// A slot and what tables say of it: looked up a place ahead.
 struct Spot {
     slot: u32,
     flags: u32,
@@ -157,9 +163,7 @@ struct Spot {
     v: u32,
 }
 
-// At a place of a chunk, or at its last one.
-fn spot_at(slots: Slots, place: u32) -> Spot {
-    let slot = slot_at(slots, min(place, slots.length - 1u));
+fn spot_of(slot: u32) -> Spot {
     return Spot(slot, flags_of(slot), position_of(slot), dof_of(slot));
 }
 

@@ -71,8 +71,8 @@ struct Given {
     rate: real,
 }
 
-fn given_at(slots: Slots, place: u32) -> Given {
-    let spot = spot_at(slots, place);
+fn given_of(slot: u32) -> Given {
+    let spot = spot_of(slot);
     return Given(
         spot,
         vec4<real>(links[spot.slot]),
@@ -117,28 +117,6 @@ fn arm_of(slot: u32, flags: u32) -> vec3<real> {
         return zero3();
     }
     return vec4<real>(links[2u * sizes.slots + slot]).xyz;
-}
-
-// What is across a chunk, from the handle it hangs from to that of its last body.
-fn across_chunk(chunk: u32) -> Turn {
-    let slots = slots_of(chunk);
-    var across = no_turn();
-    var next = given_at(slots, 0u);
-    for (var place = 0u; place < slots.length; place++) {
-        let given = next;
-        next = given_at(slots, place + 1u);
-        let joint = local(given);
-        let arm = quaternion_turned(joint.rotation, arm_of(given.spot.slot, given.spot.flags));
-        across = then(
-            across,
-            Turn(
-                joint.rotation,
-                quaternion_turned(joint.rotation, joint.velocity.angular),
-                joint.offset + arm,
-            ),
-        );
-    }
-    return across;
 }
 
 // A body in the world: as place.rs has it, but for inertia and forces.
@@ -192,10 +170,12 @@ fn under_chunk(chunk: u32) -> Turn {
 fn place_chunk(chunk: u32) {
     let slots = slots_of(chunk);
     var parent = under_chunk(chunk);
-    var next = given_at(slots, 0u);
+    var next = given_of(slot_at(slots, 0u));
+    var ahead = slot_ahead(slots, 1u);
     for (var place = 0u; place < slots.length; place++) {
         let given = next;
-        next = given_at(slots, place + 1u);
+        next = given_of(ahead);
+        ahead = slot_ahead(slots, place + 2u);
         let slot = given.spot.slot;
         let flags = given.spot.flags;
         let kind = kind_of(flags);

@@ -79,7 +79,7 @@ fn reassemble_chunk(chunk: u32) {
     var change = Change(force_zero(), force_zero());
     for (var i = 0u; i < length; i++) {
         let place = length - 1u - i;
-        let spot = spot_at(slots, place);
+        let spot = spot_of(slot_at(slots, place));
         let placed = get_placed(spot.slot);
         let axes = quaternion_matrix(placed.rotation);
         let share: real = select(real(1.0), last_share, place + 1u == slots.length);

@@ -4,6 +4,8 @@
 
 const CHUNK = 0u;
 const SUM = 1u;
+// A chunk of the first round, in kinematics.
+const LEADING = 2u;
 
 // Words of a join in the table of a round: itself, then what dynamics or kinematics want to know.
 const RECORD = 8u;
@@ -17,6 +19,23 @@ struct Bounds {
 
 fn bounds_at(start: u32) -> Bounds {
     return Bounds(words[start], words[start + 1u], words[start + 2u]);
+}
+
+// A lane for each item but joins.
+fn run_items(bounds: Bounds, lane: u32, is_up: bool) {
+    let items = bounds.joins - bounds.first;
+    let passes = (items + LANES - 1u) / LANES;
+    for (var pass_ = 0u; pass_ < passes; pass_++) {
+        let item = pass_ * LANES + lane;
+        if item < items {
+            let word = words[bounds.first + item];
+            if is_up {
+                go_up(word & 3u, word >> 2u);
+            } else {
+                go_down(word & 3u, word >> 2u);
+            }
+        }
+    }
 }
 
 @compute @workgroup_size(LANES)

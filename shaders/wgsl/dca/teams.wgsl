@@ -41,19 +41,7 @@ fn look(bounds: Bounds, lane: u32) -> Ahead {
 
 fn run_round(ahead: Ahead, lane: u32, is_up: bool) {
     let bounds = ahead.bounds;
-    let items = bounds.joins - bounds.first;
-    let passes = (items + LANES - 1u) / LANES;
-    for (var pass_ = 0u; pass_ < passes; pass_++) {
-        let item = pass_ * LANES + lane;
-        if item < items {
-            let word = words[bounds.first + item];
-            if is_up {
-                go_up(word & 3u, word >> 2u);
-            } else {
-                go_down(word & 3u, word >> 2u);
-            }
-        }
-    }
+    run_items(bounds, lane, is_up);
     let joins = (bounds.end - bounds.joins) / RECORD;
     let join_passes = (joins + JOINS - 1u) / JOINS;
     for (var pass_ = 0u; pass_ < join_passes; pass_++) {

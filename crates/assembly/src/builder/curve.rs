@@ -8,11 +8,11 @@ const PIECES: u32 = 32;
 
 /// A curve in space along which links can be laid.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct Centerline {
     points: Vec<DVec3>,
 }
 
-impl Curve {
+impl Centerline {
     /// Straight from point to point \[m\].
     #[must_use]
     pub fn polyline(points: impl IntoIterator<Item = DVec3>) -> Self {

@@ -36,7 +36,7 @@ pub enum Problem {
     Model(#[from] ModelError),
     /// A body made of an impossible solid.
     #[error("body `{body}`: {source}")]
-    Solid {
+    BodyShape {
         /// The body.
         body: String,
         /// Why.

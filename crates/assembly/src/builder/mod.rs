@@ -6,17 +6,17 @@
 //!
 //! ```
 //! use glam::DVec3;
-//! use vertebra_assembly::{Builder, Joint, Solid};
+//! use vertebra_assembly::{Builder, Joint, BodyShape};
 //! use vertebra_spatial::Pose;
 //!
 //! let tip = |length: f64| Pose::from_translation(DVec3::new(0.0, 0.0, length));
-//! let bone = Solid::capsule(0.008, 0.04).placed(&tip(0.02));
+//! let bone = BodyShape::capsule(0.008, 0.04).placed(&tip(0.02));
 //! let finger = Builder::new("finger")
 //!     .chain("bone", 3, Joint::revolute(DVec3::X).with_range(0.0, 1.6), bone, tip(0.04))
 //!     .tag("fingertip");
 //!
 //! let hand = Builder::new("hand")
-//!     .body("palm", Joint::free(), Solid::cuboid(DVec3::new(0.08, 0.02, 0.1)).of_mass(0.4))
+//!     .body("palm", Joint::free(), BodyShape::cuboid(DVec3::new(0.08, 0.02, 0.1)).of_mass(0.4))
 //!     .repeat(4, |hand, index| {
 //!         let at = DVec3::new(0.02 * f64::from(index) - 0.03, 0.0, 0.05);
 //!         hand.attach(&format!("finger {index}"), &finger, Pose::from_translation(at))
@@ -34,9 +34,9 @@ mod mesh;
 mod mirror;
 mod shape;
 
-pub use curve::Curve;
+pub use curve::Centerline;
 pub use error::{BuildError, Problem};
-pub use shape::{Solid, SolidError};
+pub use shape::{BodyShape, SolidError};
 
 use crate::description::STANDARD_GRAVITY;
 use crate::{BodyId, Compound, FrameDescription, MassProperties, Model, ModelDescription};
@@ -45,13 +45,13 @@ use mirror::Mirror;
 use std::collections::HashMap;
 use vertebra_spatial::Pose;
 
-/// What a body is made of: mass properties that are known, or a [`Solid`].
+/// What a body is made of: mass properties that are known, or a [`BodyShape`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Matter {
     /// Mass, centre and inertia as given.
     Given(MassProperties),
     /// A solid of uniform density.
-    Solid(Solid),
+    BodyShape(BodyShape),
 }
 
 impl From<MassProperties> for Matter {
@@ -60,9 +60,9 @@ impl From<MassProperties> for Matter {
     }
 }
 
-impl From<Solid> for Matter {
-    fn from(solid: Solid) -> Self {
-        Self::Solid(solid)
+impl From<BodyShape> for Matter {
+    fn from(solid: BodyShape) -> Self {
+        Self::BodyShape(solid)
     }
 }
 
@@ -70,7 +70,7 @@ impl Matter {
     fn mass_properties(&self) -> Result<MassProperties, SolidError> {
         match self {
             Self::Given(mass) => Ok(*mass),
-            Self::Solid(solid) => solid.mass_properties(),
+            Self::BodyShape(solid) => solid.mass_properties(),
         }
     }
 }
@@ -197,7 +197,7 @@ impl Builder {
     /// The mass of what a body is made of, or, with the problem noted, one that makes no further ones.
     fn mass_of(&mut self, body: &str, matter: &Matter) -> MassProperties {
         matter.mass_properties().unwrap_or_else(|source| {
-            self.problems.push(Problem::Solid {
+            self.problems.push(Problem::BodyShape {
                 body: body.to_owned(),
                 source,
             });
@@ -320,7 +320,7 @@ impl Builder {
     pub fn along_curve<M: Into<Matter>>(
         mut self,
         name: &str,
-        curve: &Curve,
+        curve: &Centerline,
         count: usize,
         joint: impl Into<Compound>,
         mut matter: impl FnMut(f64) -> M,

@@ -10,16 +10,16 @@ use vertebra_spatial::Pose;
 ///
 /// ```
 /// use glam::DVec3;
-/// use vertebra_assembly::Solid;
+/// use vertebra_assembly::BodyShape;
 ///
-/// let bar = Solid::capsule(0.02, 0.3).of_mass(1.2);
-/// let brick = Solid::cuboid(DVec3::new(0.2, 0.1, 0.05)).of_density(1900.0);
+/// let bar = BodyShape::capsule(0.02, 0.3).of_mass(1.2);
+/// let brick = BodyShape::cuboid(DVec3::new(0.2, 0.1, 0.05)).of_density(1900.0);
 /// assert!((bar.mass_properties()?.mass - 1.2).abs() < 1e-15);
 /// assert!((brick.mass_properties()?.mass - 1.9).abs() < 1e-12);
 /// # Ok::<(), vertebra_assembly::SolidError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Solid {
+pub struct BodyShape {
     /// Of density 1, or why there is no such solid.
     unit: Result<MassProperties, SolidError>,
     amount: Amount,
@@ -80,7 +80,7 @@ pub enum SolidError {
     NoVolume,
 }
 
-impl Solid {
+impl BodyShape {
     fn new(
         shape: &'static str,
         sizes: &[(&'static str, f64)],

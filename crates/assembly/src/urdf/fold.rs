@@ -103,7 +103,7 @@ impl File<'_> {
 
     /// The error of a refused model, at the link or joint it speaks of.
     pub(super) fn locate(&self, error: ModelError) -> UrdfError {
-        let (name, of_joint) = culprit(&error);
+        let (name, of_joint) = (error.culprit(), error.is_of_joint());
         let Some(link) = name.and_then(|name| self.links.iter().position(|l| l.name == name))
         else {
             return self.error(Problem::Model(error));
@@ -216,39 +216,5 @@ fn beyond(outer: &Pose, inner: &Pose) -> Pose {
     match *outer == Pose::IDENTITY {
         true => *inner,
         false => *outer * *inner,
-    }
-}
-
-/// The body or frame that an error speaks of, and whether it speaks of the joint that carries it.
-fn culprit(error: &ModelError) -> (Option<&str>, bool) {
-    match error {
-        ModelError::ZeroAxis { body }
-        | ModelError::MasslessBody { body }
-        | ModelError::EmptyRange { body, .. }
-        | ModelError::UnsuitedSpring { body }
-        | ModelError::Negative { body, .. } => (Some(body), true),
-        ModelError::NonFinite {
-            quantity, element, ..
-        }
-        | ModelError::NonUnitQuaternion {
-            quantity, element, ..
-        }
-        | ModelError::AbsurdSize {
-            quantity, element, ..
-        } => (Some(element), quantity.starts_with("joint")),
-        ModelError::UnknownParent { body, .. }
-        | ModelError::UnknownBody { user: body, .. }
-        | ModelError::Cycle { body }
-        | ModelError::NegativeMass { body, .. }
-        | ModelError::AsymmetricInertia { body }
-        | ModelError::NonPhysicalInertia { body, .. }
-        | ModelError::DuplicateName { name: body } => (Some(body), false),
-        ModelError::Empty { .. }
-        | ModelError::TooLarge { .. }
-        | ModelError::UnsupportedVersion { .. }
-        | ModelError::EmptyName { .. }
-        | ModelError::WrongLength { .. }
-        | ModelError::NoSuchBody { .. }
-        | ModelError::BadParameter { .. } => (None, false),
     }
 }

@@ -170,6 +170,23 @@ fn write_joint(
     if joint.child_placement != Pose::IDENTITY {
         return Err(WriteError::ChildPlacement { body: named() });
     }
+    let other = |kind| {
+        Err(WriteError::JointKind {
+            body: named(),
+            kind,
+        })
+    };
+    let foreign = [
+        (joint.armature != 0.0, "armature"),
+        (joint.spring.is_some(), "a spring"),
+        (joint.stop != Stop::HARD, "how a stop gives way"),
+    ];
+    if let Some(&(_, property)) = foreign.iter().find(|(has, _)| *has) {
+        return Err(WriteError::Property {
+            body: named(),
+            property,
+        });
+    }
     let has_range = joint.limits.is_some_and(|limits| limits.position.is_some());
     let (kind, axis) = match joint.kind {
         JointKind::Fixed => ("fixed", None),
@@ -177,16 +194,8 @@ fn write_joint(
         JointKind::Revolute { axis } if has_range => ("revolute", Some(axis)),
         JointKind::Revolute { axis } => ("continuous", Some(axis)),
         JointKind::Prismatic { axis } => ("prismatic", Some(axis)),
-        JointKind::Spherical | JointKind::Screw { .. } => {
-            let kind = match joint.kind {
-                JointKind::Spherical => "spherical",
-                _ => "screw",
-            };
-            return Err(WriteError::JointKind {
-                body: named(),
-                kind,
-            });
-        }
+        JointKind::Spherical => return other("spherical"),
+        JointKind::Screw { .. } => return other("screw"),
     };
     let beyond = [
         (joint.armature != 0.0, "the armature"),

@@ -196,7 +196,8 @@ impl<'a> Batch<'a> {
                 .iter()
                 .map(|list| list.len() as u64)
                 .sum(),
-            undecided: parts.iter().map(|part| part.records.len() as u64).sum(),
+            undecided: parts.iter().map(|part| part.undecided).sum(),
+            on_host: parts.iter().map(|part| part.records.len() as u64).sum(),
             levels: match self.way {
                 Way::Blocks { level } => level,
                 Way::Moller(_) => 0,

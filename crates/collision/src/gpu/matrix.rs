@@ -1,6 +1,7 @@
 //! The matrix of all pairs.
 
 use vertebra_gpu::wgpu::Limits;
+use vertebra_shaders::collision::COUNTERS;
 
 use super::batch::Batch;
 use super::error::Error;
@@ -25,8 +26,8 @@ impl PairMatrix {
             .max_buffer_size
             .min(limits.max_storage_buffer_binding_size);
         let stride = columns.div_ceil(32);
-        // Half of it: the other is for undecided pairs.
-        let fit = bytes / 8 / u64::from(stride);
+        let words = (bytes / 4).saturating_sub(COUNTERS as u64);
+        let fit = words / u64::from(stride);
         let slice = u32::try_from(fit).unwrap_or(u32::MAX).clamp(1, rows.max(1));
         let mut matrix = Self {
             columns,

@@ -34,13 +34,15 @@ pub struct Statistics {
     pub block_pairs: u64,
     /// Pairs of triangles that meet.
     pub hits: u64,
-    /// Pairs of triangles that were left to the host.
+    /// Pairs of triangles that single precision left undecided.
     pub undecided: u64,
+    /// Those of them that the host decided; of many, integers on the device settle most.
+    pub on_host: u64,
     /// Levels of the trees that were descended; 0 if all blocks were held against all.
     pub levels: u32,
     /// Time on the device \[s], if it takes times.
     pub gpu_time: Option<f64>,
-    /// Time in which the host decided the undecided pairs \[s]; none where there is no clock.
+    /// Time in which the host decided its pairs \[s]; none where there is no clock.
     pub settle_time: Option<f64>,
 }
 

@@ -6,10 +6,10 @@ use vertebra_gpu::{Output, Program, Recording, Shared, Slot, Timing, workgroups}
 use vertebra_shaders::Sort;
 use vertebra_shaders::collision::{
     BLOCK_PAIRS, Bodies, COUNTERS, EXPAND_PAIRS, EXPANDED_A_ROUND, JOIN_PAIRS, Job, PAIRS_A_ROUND,
-    PLACE_BODIES, Places, RECORD, SPLIT_PAIRS, Sizes, Split, Tolerance, moller, narrow,
+    PLACE_BODIES, Places, RECORD, SPLIT_PAIRS, Sizes, Split, Tolerance, moller, narrow, settle,
 };
 
-use super::collider::{Resident, count};
+use super::collider::Resident;
 use super::error::Error;
 use super::room::{ENTRY, Room};
 use super::search::{Ask, Kind, Search, Way};
@@ -21,6 +21,10 @@ const GROUPS: u32 = 2048;
 /// the host takes for so many.
 const LONG: u32 = 1 << 14;
 
+/// Where there is room for more undecided pairs than this, the device settles what it can: it takes a dispatch more, and
+/// the host as long for so many.
+const MANY: u32 = 1 << 12;
+
 /// A program and its slots.
 #[derive(Debug)]
 pub(super) struct Ready {
@@ -30,15 +34,16 @@ pub(super) struct Ready {
     sizes: Slot<Sizes>,
     places: Slot<Places>,
     jobs: Slot<Job>,
-    pub(super) counts: Slot<u32>,
     pub(super) found: Slot<u32>,
+    /// Pairs that are left to the host.
+    pub(super) records: Slot<u32>,
     pub(super) poses: Option<Slot<f32>>,
     /// What was last written to the slots.
     written: (Vec<Job>, Sizes, Places),
-    /// Words of the answer in `found`; undecided pairs follow.
-    pub(super) answer_words: usize,
     /// Whether lists come sorted.
     pub(super) sorts: bool,
+    /// Whether the device settles undecided pairs.
+    pub(super) settles: bool,
 }
 
 /// The buffers of a mesh in a recording.
@@ -74,8 +79,9 @@ struct Buffers {
     sizes: Slot<Sizes>,
     places: Slot<Places>,
     jobs: Slot<Job>,
-    counts: Slot<u32>,
+    /// Counters and the answer.
     found: Slot<u32>,
+    undecided: Slot<u32>,
 }
 
 impl Ready {
@@ -86,7 +92,6 @@ impl Ready {
             Kind::Matrix => ask.words[0] as usize * ask.rows as usize,
             Kind::Any | Kind::Count | Kind::Mask => ask.words[0] as usize * room.jobs as usize,
         };
-        let found_words = answer_words + RECORD * room.undecided as usize;
         let mut recording = Recording::new("collision");
         // A buffer has one slot: of a mesh and itself both are one.
         let slots_a = Slots::of(&mut recording, "a", a);
@@ -101,13 +106,10 @@ impl Ready {
             sizes: recording.buffer("sizes", 1),
             places: recording.buffer("places", 1),
             jobs: recording.buffer("jobs", room.jobs as usize),
-            counts: recording.buffer("counts", COUNTERS),
-            found: recording.buffer("found", found_words),
+            found: recording.buffer("found", COUNTERS + answer_words),
+            undecided: recording.buffer("undecided", RECORD * room.undecided as usize),
         };
-        recording.clear(buffers.counts);
-        if ask.answer != Kind::Pairs {
-            recording.clear(buffers.found);
-        }
+        recording.clear(buffers.found);
         let poses = search.poses.as_ref().map(|poses| {
             let slot = recording.shared::<f32>("poses", poses.len());
             let bodies = recording.buffer_from("bodies", &[Bodies { jobs: room.jobs }]);
@@ -125,12 +127,18 @@ impl Ready {
                 record_narrow(&mut recording, &buffers, ask, room, queue);
             }
         }
+        let settles = matches!(ask.way, Way::Blocks { .. }) && room.undecided > MANY;
+        let records = if settles {
+            record_settle(&mut recording, &buffers, ask, room)
+        } else {
+            buffers.undecided
+        };
         let sorts = ask.answer == Kind::Pairs && room.jobs == 1 && room.hits > LONG;
         if sorts {
             record_sort(&mut recording, &buffers, ask, room, [a, b]);
         }
-        recording.download(buffers.counts);
         recording.download(buffers.found);
+        recording.download(records);
         let mut shared = slots_a.are(a).to_vec();
         if !Arc::ptr_eq(a, b) {
             shared.extend(slots_b.are(b));
@@ -147,12 +155,12 @@ impl Ready {
             sizes: buffers.sizes,
             places: buffers.places,
             jobs: buffers.jobs,
-            counts: buffers.counts,
             found: buffers.found,
+            records,
             poses,
             written: (Vec::new(), Sizes::default(), Places::default()),
-            answer_words,
             sorts,
+            settles,
         })
     }
 
@@ -177,7 +185,7 @@ impl Ready {
             queue: self.room.queue,
             hits: self.room.hits,
             undecided: self.room.undecided,
-            undecided_at: count(self.answer_words),
+            left: self.room.left,
             answer: ask.words[0],
             answer_a: ask.words[1],
             row,
@@ -217,7 +225,6 @@ fn record_moller(
         buffers.a.leaves.any(),
         buffers.b.vertices.any(),
         buffers.b.leaves.any(),
-        buffers.counts.any(),
         buffers.found.any(),
     ];
     let kernel = moller(ask.answer.answer());
@@ -240,7 +247,7 @@ fn record_pairs(
     } else {
         even
     };
-    let of_level = |level: u32| if level % 2 == 0 { even } else { odd };
+    let of_level = |level: u32| if level.is_multiple_of(2) { even } else { odd };
     let list = |sizes: Slot<Sizes>, queue: Slot<u32>| {
         vec![
             sizes.any(),
@@ -248,7 +255,7 @@ fn record_pairs(
             buffers.a.boxes.any(),
             buffers.b.boxes.any(),
             queue.any(),
-            buffers.counts.any(),
+            buffers.found.any(),
         ]
     };
     let first = list(buffers.sizes, of_level(level));
@@ -288,11 +295,27 @@ fn record_narrow(
         buffers.a.leaves.any(),
         buffers.b.vertices.any(),
         buffers.b.leaves.any(),
-        buffers.counts.any(),
         buffers.found.any(),
+        buffers.undecided.any(),
     ];
     let rounds = room.queue.div_ceil(PAIRS_A_ROUND);
     recording.dispatch(&kernel, &list, [rounds.clamp(1, GROUPS), 1, 1]);
+}
+
+/// The undecided pairs, settled in integers: those that are left to the host.
+fn record_settle(recording: &mut Recording, buffers: &Buffers, ask: Ask, room: Room) -> Slot<u32> {
+    let left = recording.buffer::<u32>("left", RECORD * room.left as usize);
+    let list = [
+        buffers.places.any(),
+        buffers.jobs.any(),
+        buffers.undecided.any(),
+        buffers.found.any(),
+        left.any(),
+    ];
+    let kernel = settle(ask.answer.answer()).constant("LEAVE_HITS", u8::from(ask.leaves_hits));
+    let rounds = room.undecided.div_ceil(64);
+    recording.dispatch(&kernel, &list, [rounds.clamp(1, GROUPS), 1, 1]);
+    left
 }
 
 /// Puts the list of pairs in lexicographic order: by the second triangle, then, keeping that order, by the first.
@@ -310,18 +333,12 @@ fn record_sort(
     let split = recording.buffer_from("split", &[split]);
     let [first, second] =
         ["first", "second"].map(|name| recording.buffer::<u32>(name, room.hits as usize));
-    let list = [
-        split.any(),
-        buffers.counts.any(),
-        first.any(),
-        second.any(),
-        buffers.found.any(),
-    ];
+    let list = [split.any(), first.any(), second.any(), buffers.found.any()];
     let groups = workgroups(room.hits, 256);
     recording.dispatch(&SPLIT_PAIRS, &list, groups);
     let sort = Sort::on(&a.device);
     let bits = |mesh: &Resident| u32::BITS - mesh.triangles.leading_zeros();
-    sort.record_counted(recording, second, first, bits(b), buffers.counts);
-    sort.record_counted(recording, first, second, bits(a), buffers.counts);
+    sort.record_counted(recording, second, first, bits(b), buffers.found);
+    sort.record_counted(recording, first, second, bits(a), buffers.found);
     recording.dispatch(&JOIN_PAIRS, &list, groups);
 }

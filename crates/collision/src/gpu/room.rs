@@ -1,7 +1,7 @@
 //! Room for what a search writes.
 
 use vertebra_gpu::wgpu::Limits;
-use vertebra_shaders::collision::RECORD;
+use vertebra_shaders::collision::{COUNTERS, RECORD};
 
 use super::collider::{Resident, count};
 
@@ -17,6 +17,8 @@ pub(super) struct Room {
     pub(super) queue: u32,
     pub(super) hits: u32,
     pub(super) undecided: u32,
+    /// Of the undecided, those left to the host once the device has settled what it can.
+    pub(super) left: u32,
 }
 
 impl Room {
@@ -29,6 +31,7 @@ impl Room {
             queue: blocks.clamp(1024, most.queue.clamp(1024, 1 << 18)),
             hits: 2048,
             undecided: 256,
+            left: 256,
         }
     }
 
@@ -37,14 +40,14 @@ impl Room {
         let bytes = limits
             .max_buffer_size
             .min(limits.max_storage_buffer_binding_size);
-        // Half of it for the answer, and half for undecided pairs.
         let words = u32::try_from(bytes / 4).unwrap_or(u32::MAX);
         Self {
             jobs: u32::MAX,
             groups: u32::MAX,
             queue: (words / count(ENTRY)).min(1 << 25),
-            hits: words / 2 / count(ENTRY),
-            undecided: words / 2 / count(RECORD),
+            hits: (words - count(COUNTERS)) / count(ENTRY),
+            undecided: words / count(RECORD),
+            left: words / count(RECORD),
         }
     }
 
@@ -56,6 +59,7 @@ impl Room {
             queue: self.queue.max(other.queue),
             hits: self.hits.max(other.hits),
             undecided: self.undecided.max(other.undecided),
+            left: self.left.max(other.left),
         }
     }
 
@@ -63,6 +67,7 @@ impl Room {
     pub(super) fn holds(&self, counts: &Counts, lists: bool) -> bool {
         counts.queued <= self.queue
             && counts.undecided <= self.undecided
+            && counts.left <= self.left
             && (!lists || counts.hits <= self.hits)
     }
 
@@ -77,6 +82,7 @@ impl Room {
             queue: grown(counts.queued, self.queue, most.queue),
             hits: grown(hits, self.hits, most.hits),
             undecided: grown(counts.undecided, self.undecided, most.undecided),
+            left: grown(counts.left, self.left, most.left),
             ..*self
         }
     }
@@ -91,12 +97,13 @@ pub(super) struct Counts {
     pub(super) blocks: u32,
     pub(super) hits: u32,
     pub(super) undecided: u32,
+    pub(super) left: u32,
 }
 
 impl Counts {
     /// From the counters of the device.
     pub(super) fn of(words: &[u32]) -> Option<Self> {
-        let &[hits, blocks, undecided, ref above @ ..] = words else {
+        let &[hits, blocks, undecided, left, ref above @ ..] = words.get(..COUNTERS)? else {
             return None;
         };
         Some(Self {
@@ -104,6 +111,7 @@ impl Counts {
             blocks,
             hits,
             undecided,
+            left,
         })
     }
 }

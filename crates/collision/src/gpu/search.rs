@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use vertebra_gpu::{Buffer, Output, Timing};
-use vertebra_shaders::collision::{Answer, Job, RECORD, Sizes};
+use vertebra_shaders::collision::{Answer, COUNTERS, Job, RECORD, Sizes};
 
 use super::collider::{Resident, count};
 use super::error::Error;
@@ -74,8 +74,10 @@ pub(super) struct Found {
     pub(super) words: Vec<u32>,
     /// Whether a list is in lexicographic order.
     pub(super) sorted: bool,
-    /// Undecided pairs, with the job from the first.
+    /// Pairs that are left to the host, with the job from the first.
     pub(super) records: Vec<Record>,
+    /// Pairs that single precision left undecided.
+    pub(super) undecided: u64,
     /// Pairs of blocks whose boxes overlap.
     pub(super) block_pairs: u64,
     /// The poses of bodies, where they came from a buffer.
@@ -173,12 +175,19 @@ impl Search {
                 return Ok(None);
             };
             let output = prepared.run(ask, (row, timing), (&jobs, sizes))?;
-            let Some(counts) = Counts::of(&output.read(prepared.counts)?) else {
+            let words: Vec<u32> = output.read(prepared.found)?;
+            let Some(counts) = Counts::of(&words) else {
                 return Ok(None);
             };
             let lists = ask.answer == Kind::Pairs;
             if wanted.holds(&counts, lists) {
-                return Ok(Some(Found::read(prepared, &output, &counts, lists)?));
+                let used = if lists {
+                    ENTRY * counts.hits as usize
+                } else {
+                    words.len() - COUNTERS
+                };
+                let answer = words[COUNTERS..][..used].to_vec();
+                return Ok(Some(Found::read(prepared, &output, &counts, answer)?));
             }
             if !most.holds(&counts, lists) {
                 return Ok(None);
@@ -216,27 +225,27 @@ impl Search {
 }
 
 impl Found {
-    /// What a run found that had room for everything.
+    /// What a run found that had room for everything, of which the answer is read.
     fn read(
         ready: &Ready,
         output: &Output,
         counts: &Counts,
-        lists: bool,
+        words: Vec<u32>,
     ) -> Result<Self, vertebra_gpu::Error> {
-        let mut words: Vec<u32> = output.read(ready.found)?;
-        let records = &words[ready.answer_words..][..RECORD * counts.undecided as usize];
-        let records = Record::list(records).collect();
-        let poses = ready.poses.map(|poses| output.read(poses));
-        words.truncate(if lists {
-            ENTRY * counts.hits as usize
+        let left = if ready.settles {
+            counts.left
         } else {
-            ready.answer_words
-        });
+            counts.undecided
+        };
+        let records: Vec<u32> = output.read(ready.records)?;
+        let records = Record::list(&records[..RECORD * left as usize]).collect();
+        let poses = ready.poses.map(|poses| output.read(poses));
         Ok(Self {
             first_job: 0,
             words,
             sorted: ready.sorts,
             records,
+            undecided: counts.undecided.into(),
             block_pairs: counts.blocks.into(),
             poses: poses.transpose()?.unwrap_or_default(),
             gpu_time: output.gpu_time(),

@@ -3,12 +3,12 @@
 use std::sync::OnceLock;
 
 use glam::{DQuat, DVec3, Vec3};
-use vertebra_collision::gpu::{Collider, Device, Error, Links, Query, SelfQuery};
-use vertebra_collision::{Culling, Method, PoseProblem, QueryError, Side, TriangleMesh};
+use vertebra_collision::gpu::{Collider, Device, Error, Query};
+use vertebra_collision::{Culling, Method, QueryError, TriangleMesh};
 use vertebra_gpu::tests_are_left_out;
 use vertebra_spatial::Pose;
 
-use crate::support::{Random, cuboid, exploded, gold_mesh, step_f32};
+use crate::support::{Random, cuboid, gold_mesh, step_f32};
 
 /// The device of all tests.
 pub(crate) fn device() -> Option<&'static Device> {
@@ -18,7 +18,7 @@ pub(crate) fn device() -> Option<&'static Device> {
 }
 
 /// A mesh of triangles with corners of their own.
-fn soup(count: usize, mut corner: impl FnMut(usize) -> [Vec3; 3]) -> TriangleMesh {
+pub(crate) fn soup(count: usize, mut corner: impl FnMut(usize) -> [Vec3; 3]) -> TriangleMesh {
     let vertices = (0..count).flat_map(&mut corner).collect();
     let triangles = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
     TriangleMesh::new(vertices, triangles.collect()).unwrap()
@@ -57,7 +57,7 @@ fn agree(a: &TriangleMesh, b: &TriangleMesh, pose: Pose) -> [u64; 2] {
     [statistics.hits, statistics.undecided]
 }
 
-fn pose(random: &mut Random, reach: f64) -> Pose {
+pub(crate) fn pose(random: &mut Random, reach: f64) -> Pose {
     let [x, y, z, w] = [(); 4].map(|()| random.unit());
     let rotation = DQuat::from_xyzw(x, y, z, w).normalize();
     let [x, y, z] = [(); 3].map(|()| reach * random.unit());
@@ -229,171 +229,6 @@ fn queues_grow() {
     assert!(undecided > 300 || device().is_none());
 }
 
-/// Many poses in one run, of meshes far apart and in each other.
-#[test]
-fn many_poses() {
-    let Some(device) = device() else { return };
-    let (a, b) = (gold_mesh("sphere"), gold_mesh("cylinder"));
-    let mut random = Random::new(5);
-    let poses: Vec<Pose> = (0..40).map(|_| pose(&mut random, 1.5)).collect();
-    let cpu = vertebra_collision::Query::new(&a, &b);
-    let expected = cpu.at_poses(&poses, |query| query.pairs()).unwrap();
-    let [a, b] = [a, b].map(|mesh| Collider::new(device, mesh).unwrap());
-    for culling in [Culling::AllPairs, Culling::Bvh] {
-        let query = Query::new(&a, &b).unwrap().culling(culling);
-        let at = query.at_poses(&poses).unwrap();
-        assert_eq!(at.pairs().unwrap(), expected);
-        let counts: Vec<u64> = expected.iter().map(|pairs| pairs.len() as u64).collect();
-        assert_eq!(at.count().unwrap(), counts);
-        let any: Vec<bool> = expected.iter().map(|pairs| !pairs.is_empty()).collect();
-        assert_eq!(at.any().unwrap(), any);
-        assert!(any.contains(&true) && any.contains(&false));
-        assert!(query.at_poses(&[]).unwrap().pairs().unwrap().is_empty());
-    }
-    let bad = [Pose::IDENTITY, Pose::from_translation(DVec3::NAN)];
-    let refused = Query::new(&a, &b).unwrap().at_poses(&bad).err();
-    assert!(matches!(
-        refused,
-        Some(Error::Query(QueryError::AtPose { index: 1, .. }))
-    ));
-}
-
-/// Bodies of which some are one shape, posed from the host, and from a buffer on the device.
-#[test]
-fn links() {
-    let Some(device) = device() else { return };
-    let (sphere, cylinder) = (gold_mesh("sphere"), gold_mesh("cylinder"));
-    let tile = soup(3, |i| {
-        [Vec3::X, Vec3::Y, Vec3::Z].map(|p| p + Vec3::splat(i as f32))
-    });
-    let bodies = [&sphere, &cylinder, &sphere, &tile];
-    let colliders = bodies.map(|mesh| vertebra_collision::Collider::new(mesh.clone()));
-    let on_cpu = vertebra_collision::Links::new(&colliders)
-        .ignore(0, 1)
-        .unwrap();
-    let on_gpu = Links::new(device, &bodies).unwrap().ignore(1, 0).unwrap();
-    assert_eq!(on_gpu.pairs(), on_cpu.pairs());
-    // Numbers of f32, so that a buffer holds the same poses.
-    let mut random = Random::new(6);
-    let mut narrow = || {
-        let Pose {
-            rotation,
-            translation,
-        } = pose(&mut random, 1.2);
-        let rotation = rotation.to_array().map(|x| f64::from(x as f32));
-        Pose::new(
-            DQuat::from_array(rotation),
-            translation.as_vec3().as_dvec3(),
-        )
-    };
-    let configurations: Vec<[Pose; 4]> = (0..12).map(|_| [(); 4].map(|()| narrow())).collect();
-    let expected = on_cpu.ask(&configurations, |query| query.pairs()).unwrap();
-    let hits = expected.iter().flatten().filter(|pairs| !pairs.is_empty());
-    assert!(hits.count() > 20);
-    assert_eq!(
-        on_gpu.at(&configurations).unwrap().pairs().unwrap(),
-        expected
-    );
-    let words = |configurations: &[[Pose; 4]]| -> Vec<f32> {
-        let pose = |pose: &Pose| {
-            let [x, y, z, w] = pose.rotation.to_array().map(|x| x as f32);
-            let [a, b, c] = pose.translation.to_array().map(|x| x as f32);
-            [x, y, z, w, a, b, c, 0.0]
-        };
-        configurations.iter().flatten().flat_map(pose).collect()
-    };
-    let poses = device
-        .buffer_from("poses", &words(&configurations))
-        .unwrap();
-    let following = on_gpu.following(&poses).unwrap();
-    assert_eq!(following.now().pairs().unwrap(), expected);
-    // The bodies have moved on.
-    let mut later = configurations;
-    later.reverse();
-    poses.write(&words(&later)).unwrap();
-    let expected = on_cpu.ask(&later, |query| query.count()).unwrap();
-    assert_eq!(following.now().count().unwrap(), expected);
-    let any = on_cpu.ask(&later, |query| query.any()).unwrap();
-    assert_eq!(following.now().any().unwrap(), any);
-    let mut bad = words(&later);
-    bad[8 * 7] = f32::NAN;
-    poses.write(&bad).unwrap();
-    let problem = QueryError::InvalidPose {
-        mesh: Side::B,
-        problem: PoseProblem::NotFinite,
-    };
-    let expected = QueryError::AtPose {
-        index: 7,
-        error: Box::new(problem),
-    };
-    assert_eq!(following.now().any(), Err(Error::Query(expected)));
-    poses.write(&words(&later)).unwrap();
-    assert_eq!(following.now().any().unwrap(), any);
-    let short = device.buffer::<f32>("short", 8 * 9).unwrap();
-    assert!(matches!(
-        on_gpu.following(&short).err(),
-        Some(Error::Query(QueryError::PoseCount {
-            configuration: 2,
-            expected: 4,
-            found: 1
-        }))
-    ));
-}
-
-/// Meshes that pass through themselves, with and without vertices in common, and others that only touch where they
-/// should.
-#[test]
-fn self_collision() {
-    let Some(device) = device() else { return };
-    let mut random = Random::new(7);
-    let lattice = soup(120, |_| random.lattice_triangle(0, 3).map(|p| p.as_vec3()));
-    let grid = |height: fn(f32, f32) -> f32| {
-        let vertices = (0..144).map(|i| {
-            let (x, y) = ((i % 12) as f32, (i / 12) as f32);
-            Vec3::new(x, y, height(x, y))
-        });
-        let square = |i: u32| {
-            let at = i / 11 * 12 + i % 11;
-            [[at, at + 1, at + 13], [at, at + 13, at + 12]]
-        };
-        TriangleMesh::new(vertices.collect(), (0..121).flat_map(square).collect()).unwrap()
-    };
-    let flat = grid(|_, _| 0.0);
-    let saddle = grid(|x, y| 0.125 * x * y);
-    let sphere = gold_mesh("sphere");
-    let moved = |by: f32| sphere.vertices().iter().map(move |v| *v + Vec3::splat(by));
-    let two = TriangleMesh::new(moved(0.0).chain(moved(0.5)).collect(), {
-        let first = sphere.vertices().len() as u32;
-        let second = sphere.triangles().iter().map(|t| t.map(|v| v + first));
-        sphere.triangles().iter().copied().chain(second).collect()
-    })
-    .unwrap();
-    let parts = exploded(&saddle);
-    for (name, mesh, most_undecided) in [
-        ("lattice", &lattice, u64::MAX),
-        ("flat", &flat, 10),
-        ("saddle", &saddle, 10),
-        ("saddle in parts", &parts, 10),
-        ("sphere", &sphere, 200),
-        ("two spheres", &two, 600),
-    ] {
-        let cpu = vertebra_collision::SelfQuery::new(mesh);
-        let pairs = cpu.pairs();
-        let collider = Collider::new(device, mesh.clone()).unwrap();
-        for culling in [Culling::AllPairs, Culling::Bvh] {
-            let gpu = SelfQuery::new(&collider).culling(culling);
-            assert_eq!(gpu.pairs().unwrap(), pairs, "{name}");
-            assert_eq!(gpu.any().unwrap(), !pairs.is_empty());
-            assert_eq!(gpu.count().unwrap(), pairs.len() as u64);
-            assert_eq!(gpu.mask().unwrap(), cpu.mask());
-            assert_eq!(gpu.curves().unwrap(), cpu.curves());
-            assert_eq!(gpu.classified().unwrap(), cpu.classified());
-            let undecided = gpu.statistics().unwrap().undecided;
-            assert!(undecided <= most_undecided, "{name}: {undecided}");
-        }
-    }
-}
-
 /// Whether the baseline rounds nothing about two triangles of small integers: whether every quotient is a number of few
 /// bits.
 fn is_exact([a, b]: [[Vec3; 3]; 2]) -> bool {
@@ -468,68 +303,4 @@ fn moller_on_small_integers() {
         wrong.err(),
         Some(Error::Query(QueryError::InvalidEpsilon { .. }))
     ));
-}
-
-/// Vertices written by the host and on the device; what is not finite is found, and nothing stays of it.
-#[test]
-fn moved_vertices() {
-    let Some(device) = device() else { return };
-    let (a, b) = (gold_mesh("sphere"), gold_mesh("cylinder"));
-    let on_a = Collider::new(device, a.clone()).unwrap();
-    let mut on_b = Collider::new(device, b.clone()).unwrap();
-    let query = Query::new(&on_a, &on_b).unwrap();
-    let pushed: Vec<Vec3> = b.vertices().iter().map(|v| *v + Vec3::X * 0.25).collect();
-    let moved = TriangleMesh::new(pushed.clone(), b.triangles().to_vec()).unwrap();
-    let expected = vertebra_collision::Query::new(&a, &moved).pairs().unwrap();
-    on_b.set_vertices(pushed).unwrap();
-    assert_eq!(query.pairs().unwrap(), expected);
-    on_b.rebuild().unwrap();
-    assert_eq!(query.pairs().unwrap(), expected);
-    assert!(on_b.set_vertices(vec![Vec3::ZERO]).is_err());
-    assert_eq!(query.pairs().unwrap(), expected);
-    let mut bad: Vec<f32> = b.vertices().iter().flat_map(Vec3::to_array).collect();
-    let good = bad.clone();
-    bad[100] = f32::NEG_INFINITY;
-    on_b.vertices().write(&bad).unwrap();
-    on_b.refit().unwrap();
-    let error = vertebra_collision::MeshError::NonFiniteVertex { vertex: 33 };
-    for _ in 0..2 {
-        assert_eq!(query.pairs(), Err(Error::Mesh(error.clone())));
-    }
-    on_b.vertices().write(&good).unwrap();
-    on_b.refit().unwrap();
-    let expected = vertebra_collision::Query::new(&a, &b).pairs().unwrap();
-    assert_eq!(query.pairs().unwrap(), expected);
-}
-
-/// Triangles that have been mixed up are sorted again.
-#[test]
-fn degradation() {
-    let Some(device) = device() else { return };
-    let mesh = gold_mesh("cup");
-    let vertices = mesh.vertices().to_vec();
-    let mut collider = Collider::new(device, mesh).unwrap();
-    assert_eq!(collider.degradation().unwrap(), 1.0);
-    // A common motion and stretching change little.
-    let stretched = vertices
-        .iter()
-        .map(|v| *v * Vec3::new(1.0, 1.0, 2.0) + Vec3::ONE);
-    collider.set_vertices(stretched.collect()).unwrap();
-    assert!((0.7..1.4).contains(&collider.degradation().unwrap()));
-    let mut mixed = vertices.clone();
-    let mut random = Random::new(9);
-    for i in (1..mixed.len()).rev() {
-        mixed.swap(i, random.int(0, i as i64) as usize);
-    }
-    collider.set_vertices(mixed).unwrap();
-    assert!(collider.degradation().unwrap() > 1.5);
-    collider.set_vertices(vertices).unwrap();
-    assert!((collider.degradation().unwrap() - 1.0).abs() < 1e-6);
-    collider.rebuild().unwrap();
-    assert_eq!(collider.degradation().unwrap(), 1.0);
-    let one = soup(1, |_| [Vec3::ZERO, Vec3::X, Vec3::Y]);
-    assert_eq!(
-        Collider::new(device, one).unwrap().degradation().unwrap(),
-        1.0
-    );
 }

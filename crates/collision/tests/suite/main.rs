@@ -19,6 +19,10 @@ mod files;
 mod gold;
 #[cfg(feature = "gpu")]
 mod gpu;
+#[cfg(feature = "gpu")]
+mod gpu_faults;
+#[cfg(feature = "gpu")]
+mod gpu_together;
 mod hard_cases;
 mod ply_off;
 mod published;

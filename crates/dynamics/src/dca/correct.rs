@@ -26,7 +26,7 @@ use super::rake::Rake;
 use super::solution::Acting;
 use super::split::{Divide, Fault, Outcome, PARALLEL_BODIES, Slots, divide, for_each};
 use super::tree::{Descent, Rakes, Tree};
-use crate::refine::{enlarge, left};
+use crate::refine::{Loads, Size};
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{Force, Motion, Real, Vec3};
 
@@ -72,12 +72,13 @@ impl<T: Real> Corrections<T> {
 type Left<'a, T> = (Slots<'a, Motion<T>>, Slots<'a, Force<T>>);
 
 impl<T: Real, L: Real> Tree<T, L> {
-    /// Corrects the solution once; gives the residual before. The transmitted forces have to be there.
-    pub(super) fn correct(&mut self, threads: bool) -> Result<f64, Fault> {
+    /// Corrects the solution once, or adds the response to other loads; gives the residual before. The
+    /// transmitted forces have to be there.
+    pub(super) fn correct(&mut self, loads: Loads, threads: bool) -> Result<f64, Fault> {
         let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
         let mut own =
             (self.corrections.take()).unwrap_or_else(|| Corrections::new(&self.plan).into());
-        let corrected = self.correct_in(&mut own, parallel);
+        let corrected = self.correct_in(&mut own, loads, parallel);
         self.corrections = Some(own);
         corrected
     }
@@ -87,7 +88,12 @@ impl<T: Real, L: Real> Tree<T, L> {
         self.corrections.as_ref().map_or(&[], |own| &own.qdd)
     }
 
-    fn correct_in(&mut self, own: &mut Corrections<T>, parallel: bool) -> Result<f64, Fault> {
+    fn correct_in(
+        &mut self,
+        own: &mut Corrections<T>,
+        loads: Loads,
+        parallel: bool,
+    ) -> Result<f64, Fault> {
         let left = (Slots(&mut own.jumps), Slots(&mut own.loads));
         let chunks = 0..self.plan.chunks.len();
         let beyond = &own.beyond;
@@ -96,7 +102,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             &self.plan.extents,
             chunks,
             left,
-            &|chunk, left| self.measure(chunk, beyond[chunk], left),
+            &|chunk, left| self.measure(chunk, beyond[chunk], loads, left),
         );
         for round in 0..self.plan.schedule.round_count() {
             self.sum_again(round, parallel);
@@ -132,18 +138,26 @@ impl<T: Real, L: Real> Tree<T, L> {
     }
 
     /// What the equations of a chunk's bodies leave; gives the largest part of any term that it is.
-    fn measure(&self, chunk: usize, beyond: Option<usize>, (jumps, loads): Left<'_, T>) -> f64 {
+    fn measure(
+        &self,
+        chunk: usize,
+        beyond: Option<usize>,
+        loads: Loads,
+        (jumps_out, loads_out): Left<'_, T>,
+    ) -> f64 {
         let (plan, places) = (&self.plan, &self.places.bodies);
         let slots = plan.slots_of(chunk);
         let (first, last) = (slots.start, slots.end - 1);
         let mut jump = Motion::ZERO;
         let mut worst = f64::DONE;
-        for (slot, (jump_out, load_out)) in slots.zip(jumps.0.iter_mut().zip(loads.0)) {
+        for (slot, (jump_out, load_out)) in slots.zip(jumps_out.0.iter_mut().zip(loads_out.0)) {
             let placed = &places[slot];
             if slot > first {
                 jump = jump.shifted(placed.offset);
             }
-            if let Some(above) = self.above_a_seam(chunk, slot, first, last) {
+            if loads == Loads::Left
+                && let Some(above) = self.above_a_seam(chunk, slot, first, last)
+            {
                 let (own, part) = self.jump(slot, above);
                 worst = worst.and(part);
                 jump += own;
@@ -157,22 +171,24 @@ impl<T: Real, L: Real> Tree<T, L> {
             }
             let inertial = placed.inertia.mul(a);
             let mut rest = f + placed.external - inertial;
-            let mut size = f.to_array().map(T::abs);
-            enlarge(&mut size, placed.external.to_array());
-            enlarge(&mut size, inertial.to_array());
+            let mut size = (Size::of_force(f).or(Size::of_force(placed.external)))
+                .or(Size::of_force(inertial));
             let next = if slot == last { beyond } else { Some(slot + 1) };
             if let Some(next) = next {
                 let taken = self.wrenches[next].shifted_back(places[next].offset);
                 rest -= taken;
-                enlarge(&mut size, taken.to_array());
+                size = size.or(Size::of_force(taken));
             }
             for &raked in plan.rakes[slot].iter().flatten() {
                 let taken = self.taken(&self.wrenches, raked);
                 rest -= taken;
-                enlarge(&mut size, taken.to_array());
+                size = size.or(Size::of_force(taken));
             }
-            worst = worst.and(left(rest.to_array(), &size));
-            *load_out = rest;
+            worst = worst.and(size.left(Size::of_force(rest)));
+            *load_out = match loads {
+                Loads::Left => rest,
+                Loads::Rounding => size.or(Size::of_turning(&placed.inertia, a)).rounding(slot),
+            };
         }
         worst
     }
@@ -206,14 +222,13 @@ impl<T: Real, L: Real> Tree<T, L> {
         let dofs = self.plan.dofs_of(slot);
         let a = self.chunks.accelerations[slot];
         let mut matched = above + self.places.bodies[slot].bias_acceleration;
-        let mut size = a.to_array().map(T::abs);
-        enlarge(&mut size, matched.to_array());
+        let size = Size::of_motion(a).or(Size::of_motion(matched));
         let columns = &self.places.columns[dofs.clone()];
         for (&column, &qdd) in columns.iter().zip(&self.chunks.qdd[dofs]) {
             matched += column * qdd;
         }
         let jump = matched - a;
-        (jump, left(jump.to_array(), &size))
+        (jump, size.left(Size::of_motion(jump)))
     }
 
     /// Up: the biases of the rake sums of a round.

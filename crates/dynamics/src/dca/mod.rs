@@ -25,7 +25,7 @@ mod tree;
 pub(crate) use split::PARALLEL_BODIES;
 
 use crate::link::Scales;
-use crate::refine::relative;
+use crate::refine::{Loads, relative};
 use crate::workspace::{require, same_model};
 use crate::{BodyForce, Error, Forces, Precision, Refinement, Residual, Solved, finite_results};
 use split::Fault;
@@ -247,12 +247,19 @@ impl Solved for DcaWorkspace {
     }
 
     fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
+        self.correct(forces, Loads::Left)
+    }
+}
+
+impl DcaWorkspace {
+    /// Corrects the solution once, or adds the response to other loads.
+    pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         self.compute_joint_wrenches(forces)?;
         let (threads, scales) = (self.options.parallel, &self.scales.acceleration);
         self.computed = false;
         self.wrenches_computed = false;
         let refined = in_tree!(&mut self.trees, tree => {
-            tree.correct(threads).map(|residual| Refinement {
+            tree.correct(loads, threads).map(|residual| Refinement {
                 residual,
                 change: tree.read_change(&mut self.qdd, scales),
             })

@@ -1,18 +1,21 @@
-//! Pairs that only touch, all of which the device leaves to the host: what deciding them costs, for few and for many.
+//! Pairs that only touch, of which single precision can tell none: what deciding them exactly costs, for few and for many.
+//! Where they stand the device may do it in integers; posed by a quarter turn, which changes nothing, the host must.
 
-use super::super::{Meter, sample};
-use super::{Measured, note};
+use super::super::Meter;
+use super::{Measured, note, timed};
 use crate::row::Row;
 use crate::scenario::{Measurement, Selection};
 use crate::suite::gold_meshes::wrong_pairs;
-use anyhow::Context;
 use vertebra::collision::gpu::{Collider, Query};
-use vertebra::glam::Vec3;
-use vertebra::{Random, TriangleMesh};
+use vertebra::glam::{DQuat, Vec3};
+use vertebra::{Pose, Random, TriangleMesh};
 use vertebra_gpu::Device;
 
-/// Name of the row.
-const NAME: &str = "collision-undecided";
+/// The rows, and whether B is posed.
+const ROWS: [(&str, bool); 2] = [
+    ("collision-contacts", false),
+    ("collision-contacts-posed", true),
+];
 
 /// Numbers of pairs.
 const SIZES: [usize; 4] = [10, 1000, 30_000, 1_000_000];
@@ -26,14 +29,18 @@ pub(super) fn measurements<'a>(
     software: bool,
     selection: &Selection,
 ) -> Vec<Measurement<'a>> {
-    let sizes = SIZES
-        .into_iter()
-        .filter(|size| selection.wants(NAME) && !(software && *size > SOFTWARE_LIMIT));
-    let row = |size| {
-        let label = format!("gpu contacts of {size} pairs: {NAME}");
-        Measurement::new(label, move |meter: &Meter| measure(device, meter, size))
-    };
-    sizes.map(row).collect()
+    let mut list = Vec::new();
+    for size in SIZES {
+        for (name, posed) in ROWS {
+            if selection.wants(name) && !(software && size > SOFTWARE_LIMIT) {
+                let label = format!("gpu contacts of {size} pairs: {name}");
+                list.push(Measurement::new(label, move |meter| {
+                    measure(device, meter, size, (name, posed))
+                }));
+            }
+        }
+    }
+    list
 }
 
 /// Two meshes of triangles far from each other, but for pairs with a corner of one in the other.
@@ -47,13 +54,9 @@ fn touching(count: usize) -> anyhow::Result<[TriangleMesh; 2]> {
             (i / 16_384) as f32,
         );
         // Multiples of 2^-10, so that the sum of two corners is halved without rounding.
-        let mut corner = || {
-            let step = || (random.unit() * 256.0).floor() as f32 / 1024.0;
-            cell + Vec3::from([(); 3].map({
-                let mut step = step;
-                move |()| step()
-            }))
-        };
+        #[expect(clippy::cast_possible_truncation, reason = "a small integer")]
+        let mut step = || (random.unit() * 256.0).floor() as f32 / 1024.0;
+        let mut corner = || cell + Vec3::new(step(), step(), step());
         let [p, q, r, s, t] = [(); 5].map(|()| corner());
         corners[0].extend([p, q, r]);
         corners[1].extend([0.5 * (p + q), s, t]);
@@ -67,26 +70,36 @@ fn touching(count: usize) -> anyhow::Result<[TriangleMesh; 2]> {
     ])
 }
 
-/// Time in which the host decides them.
-fn measure(device: &Device, meter: &Meter, size: usize) -> anyhow::Result<Option<Row>> {
-    let [a, b] = touching(size)?;
+/// The sorted list on the host, of meshes on the device.
+fn measure(
+    device: &Device,
+    meter: &Meter,
+    size: usize,
+    (name, posed): (&str, bool),
+) -> anyhow::Result<Option<Row>> {
+    let [a, mut b] = touching(size)?;
     let exact = vertebra::Query::new(&a, &b).threads(0).pairs()?;
+    let mut pose = Pose::IDENTITY;
+    if posed {
+        pose.rotation = DQuat::from_xyzw(0.0, 0.0, 1.0, 1.0).normalize();
+        let back = b.vertices().iter().map(|v| Vec3::new(v.y, -v.x, v.z));
+        b.set_vertices(back.collect())?;
+    }
     let (on_a, on_b) = (Collider::new(device, a)?, Collider::new(device, b)?);
-    let query = Query::new(&on_a, &on_b)?;
+    let query = Query::new(&on_a, &on_b)?.pose_b(pose)?;
     let found = query.pairs()?;
     let statistics = query.statistics()?;
     let measured = Measured {
-        timing: sample(meter, || {
-            let time = query.statistics()?.settle_time;
-            time.context("a host has a clock")
-        })?,
+        timing: timed(meter, || Ok(query.pairs()?))?,
         hits: found.len() as u64,
         wrong: wrong_pairs(&found, &exact),
         note: format!(
-            "{}; the time is that of the undecided pairs on the host",
-            note(&statistics)
+            "{}, {} of them decided on the host in {:.1} us",
+            note(&statistics),
+            statistics.on_host,
+            1e6 * statistics.settle_time.unwrap_or(0.0)
         ),
     };
-    let size = (statistics.undecided, "undecided pairs");
-    Ok(measured.row(device, ("contacts", NAME), size))
+    let size = (size as u64, "touching pairs");
+    Ok(measured.row(device, ("contacts", name), size))
 }

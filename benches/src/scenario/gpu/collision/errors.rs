@@ -74,11 +74,11 @@ fn measure(
         hits: found.len() as u64,
         wrong,
         note: format!(
-            "all {:.1e} pairs of both columns, {rate:.2e} a second; {} left to the host ({:.2} % of hits), {:.3} ms there; \
-             errors of the {} pairs of the list",
-            all,
+            "all {all:.1e} pairs of both columns, {rate:.2e} a second; {} undecided ({:.2} % of hits), {} of them decided on \
+             the host in {:.3} ms; errors of the {} pairs of the list",
             statistics.undecided,
             100.0 * statistics.undecided as f64 / (found.len().max(1)) as f64,
+            statistics.on_host,
             1e3 * statistics.settle_time.unwrap_or(0.0),
             pairs.len()
         ),

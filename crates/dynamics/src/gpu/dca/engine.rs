@@ -337,14 +337,11 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
     }
 
     fn turn_parts(&mut self, commit: Commit) {
-        let (dca, count) = (self.dca, self.tables.sizes.chunks);
-        let layer = Layer {
-            count,
+        let dca = self.dca;
+        let every = Layer {
             stage: commit as u32,
             ..Layer::default()
         };
-        self.chunks(&dca.turn_chunks(), layer, Self::motion);
-        let every = Layer::default();
         self.layers(&self.tables.turn, every, Self::motion, |_| dca.turn_parts());
     }
 
@@ -401,7 +398,8 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             return;
         };
         let up = lower.iter().map(|layer| (Way::Up, layer));
-        let down = lower.iter().rev().map(|layer| (Way::Down, layer));
+        let down = lower.iter().rev().filter(|layer| layer.down);
+        let down = down.map(|layer| (Way::Down, layer));
         for (way, layer) in up.chain([(Way::Both, top)]).chain(down) {
             let content = Layer {
                 count: layer.groups,

@@ -17,6 +17,8 @@ pub(super) enum Item {
     Chunk(usize),
     Join(usize),
     Sum(usize),
+    /// A chunk of the first round, in kinematics.
+    Leading(usize),
 }
 
 /// What is done in which rounds.
@@ -34,6 +36,8 @@ pub(super) struct Rounds {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Width {
     pub(super) lanes: usize,
+    /// The same where there is only one.
+    pub(super) top: usize,
     /// Lanes that a join takes; other items take one.
     pub(super) join: usize,
     /// Rounds that it goes through at most where there are others.
@@ -44,7 +48,7 @@ impl Width {
     fn of(&self, item: Item) -> usize {
         match item {
             Item::Join(_) => self.join,
-            Item::Chunk(_) | Item::Sum(_) => 1,
+            Item::Chunk(_) | Item::Sum(_) | Item::Leading(_) => 1,
         }
     }
 }
@@ -60,6 +64,8 @@ pub(super) struct Layered {
     pub(super) starts: u32,
     /// Whether there is anything but joins.
     pub(super) mixed: bool,
+    /// Whether anything is done on the way down.
+    pub(super) down: bool,
 }
 
 impl Rounds {
@@ -86,17 +92,27 @@ impl Rounds {
     /// Items are numbered chunks first, then joins, then sums.
     const fn number(&self, item: Item) -> usize {
         match item {
-            Item::Chunk(chunk) => chunk,
+            Item::Chunk(chunk) | Item::Leading(chunk) => chunk,
             Item::Join(join) => self.chunks + join,
             Item::Sum(sum) => self.chunks + self.joins + sum,
         }
     }
 
-    /// The rounds after the first in dispatches of a few rounds each, but for the last, which takes
+    /// Tells the first round's chunks from others.
+    pub(super) fn lead(&mut self) {
+        for (item, _) in self.items.iter_mut().take(1).flatten() {
+            if let Item::Chunk(chunk) = *item {
+                *item = Item::Leading(chunk);
+            }
+        }
+    }
+
+    /// The rounds from `start` on in dispatches of a few rounds each, but for the last, which takes
     /// all that one workgroup is wide enough for. Their tables are added to `words`, with what `record`
     /// says of joins.
     pub(super) fn layers(
         &self,
+        start: usize,
         width: &Width,
         record: &dyn Fn(usize) -> Record,
         words: &mut Vec<u32>,
@@ -104,17 +120,22 @@ impl Rounds {
         let end = self.items.len();
         let wide = |round: &usize| {
             let items = self.items[*round].iter();
-            items.map(|&(item, _)| width.of(item)).sum::<usize>() > width.lanes
+            items.map(|&(item, _)| width.of(item)).sum::<usize>() > width.top
         };
-        let top = (1..end).rev().find(wide).map_or(1, |round| round + 1);
+        let top = (start..end).rev().find(wide);
+        let top = top.map_or(start, |round| round + 1);
         let mut layers = Vec::new();
-        let count = (top - 1).div_ceil(width.rounds);
+        let count = (top - start).div_ceil(width.rounds);
         for layer in 0..count {
-            let bound = |layer: usize| 1 + (top - 1) * layer / count;
+            let bound = |layer: usize| start + (top - start) * layer / count;
             layers.push(self.layer(bound(layer)..bound(layer + 1), width, record, words));
         }
         if top < end {
-            layers.push(self.layer(top..end, width, record, words));
+            let width = Width {
+                lanes: width.top,
+                ..*width
+            };
+            layers.push(self.layer(top..end, &width, record, words));
         }
         layers
     }
@@ -134,6 +155,8 @@ impl Rounds {
             rounds: small(rounds.len()),
             starts: small(words.len()),
             mixed: groups.iter().flatten().flatten().any(|item| others(&item)),
+            down: (groups.iter().flatten().flatten())
+                .any(|item| matches!(item, Item::Join(_) | Item::Chunk(_))),
         };
         let mut at = words.len() + groups.len() * (2 * rounds.len() + 1);
         for group in &groups {
@@ -150,6 +173,7 @@ impl Rounds {
                 match item {
                     Item::Chunk(chunk) => words.push(small(chunk) << 2 | item::CHUNK),
                     Item::Sum(sum) => words.push(small(sum) << 2 | item::SUM),
+                    Item::Leading(chunk) => words.push(small(chunk) << 2 | item::LEADING),
                     Item::Join(_) => {}
                 }
             }
@@ -292,12 +316,13 @@ mod tests {
             let rounds = tree(leaves);
             let width = Width {
                 lanes: 128,
+                top: 256,
                 join: 16,
                 rounds: 3,
             };
             let mut words = vec![7, 7, 7];
             let record = |join| [small(join); RECORD as usize];
-            let layers = rounds.layers(&width, &record, &mut words);
+            let layers = rounds.layers(1, &width, &record, &mut words);
             // Dispatch, group and round of each item that is done; chunks are done before.
             let mut done = vec![None; rounds.node_count()];
             done[..leaves].fill(Some((usize::MAX, 0, 0)));

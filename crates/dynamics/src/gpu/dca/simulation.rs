@@ -85,7 +85,8 @@ impl Simulation {
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
-        let tables = Tables::new(model, &Plan::new(model, schedule, &weights), options.sweeps);
+        let plan = Plan::new(model, schedule, &weights);
+        let tables = Tables::new(model, &plan, tree, options.sweeps);
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),

@@ -5,6 +5,7 @@
 //! memory, and nothing is padded.
 
 use super::layers::{Item, Layered, Record, Rounds, Width};
+use crate::Precision;
 use crate::dca::plan::{Inboard, Outboard, Parent, Part, Plan, Raked};
 use crate::link::Kind;
 use core::ops::Range;
@@ -58,7 +59,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    pub(super) fn new(model: &Model, plan: &Plan<f64>, sweeps: usize) -> Self {
+    pub(super) fn new(model: &Model, plan: &Plan<f64>, tree: Precision, sweeps: usize) -> Self {
         let order = Order::new(plan);
         let rakes = Rakes::new(plan, &order);
         let mut tables = Self {
@@ -111,14 +112,20 @@ impl Tables {
             length: model.units().length as f32,
             ..tables.sizes
         };
-        let rounds = rounds(plan, &order, &rakes);
+        let mut rounds = rounds(plan, &order, &rakes);
+        let lanes = match tree {
+            Precision::F32 => WORK_LANES as usize,
+            _ => WORK_LANES as usize / 2,
+        };
         let work = Width {
-            lanes: WORK_LANES as usize,
+            lanes,
+            top: WORK_LANES as usize,
             join: TEAM as usize,
             rounds: WORK_ROUNDS,
         };
         let turn = Width {
             lanes: TURN_LANES as usize,
+            top: TURN_LANES as usize,
             join: 1,
             rounds: TURN_ROUNDS,
         };
@@ -128,8 +135,10 @@ impl Tables {
             rakes: &rakes,
             seams: &seams,
         };
-        tables.work = rounds.layers(&work, &|join| joins.in_dynamics(join), &mut tables.words);
-        tables.turn = rounds.layers(&turn, &|join| joins.in_kinematics(join), &mut tables.words);
+        let words = &mut tables.words;
+        tables.work = rounds.layers(1, &work, &|join| joins.in_dynamics(join), words);
+        rounds.lead();
+        tables.turn = rounds.layers(0, &turn, &|join| joins.in_kinematics(join), words);
         tables
     }
 

@@ -1,0 +1,114 @@
+//! Joints of a body.
+
+use super::Sections;
+use super::body::Placed;
+use crate::{FileError, Problem};
+use glam::DVec3;
+use vertebra_assembly::xml::{Reader, XmlProblem};
+use vertebra_assembly::{Joint, JointKind, JointLimits};
+use vertebra_spatial::Pose;
+
+/// A joint as the file states it.
+pub(super) struct Read<'n> {
+    pub(super) name: Option<&'n str>,
+    /// Where it turns, in the body's frame at the pose of the file \[m\].
+    pub(super) anchor: DVec3,
+    /// The joint without its placements.
+    pub(super) joint: Joint,
+}
+
+/// Reads a `<joint>` or `<freejoint>`.
+pub(super) fn read<'n, 'a>(
+    reader: &mut Reader<'a>,
+    sections: &Sections<'n, 'a>,
+    placed: &Placed<'n, 'a>,
+) -> Result<Read<'n>, FileError> {
+    let node = placed.node;
+    let name = reader.optional_text(node, "name")?;
+    if node.tag_name().name() == "freejoint" {
+        reader.ignore_attributes_but(node, &["name"]);
+        return Ok(Read {
+            name,
+            anchor: DVec3::ZERO,
+            joint: Joint::free(),
+        });
+    }
+    let known = [
+        "name",
+        "class",
+        "type",
+        "pos",
+        "axis",
+        "range",
+        "limited",
+        "damping",
+        "frictionloss",
+        "ref",
+    ];
+    reader.ignore_attributes_but(node, &known);
+    let element = sections.defaults.element(reader, node, placed.class)?;
+    let axis = element.vector(reader, "axis")?.unwrap_or(DVec3::Z);
+    let axis = placed.offset.rotation * axis;
+    let (kind, unit) = match element.text(reader, "type")? {
+        None | Some("hinge") => (JointKind::Revolute { axis }, sections.compiler.angle),
+        Some("slide") => (JointKind::Prismatic { axis }, 1.0),
+        Some("ball") => (JointKind::Spherical, sections.compiler.angle),
+        Some("free") => (JointKind::Free, 1.0),
+        Some(other) => {
+            let problem = Problem::UnknownValue {
+                attribute: "type",
+                found: other.to_owned(),
+                supported: "hinge, slide, ball or free",
+            };
+            return Err(FileError::new(reader.location(node), problem));
+        }
+    };
+    if axis == DVec3::ZERO
+        && matches!(
+            kind,
+            JointKind::Revolute { .. } | JointKind::Prismatic { .. }
+        )
+    {
+        let problem = XmlProblem::NoRotation { attribute: "axis" };
+        return Err(reader.error(element.source("axis"), problem).into());
+    }
+    let mut joint = Joint::new(kind);
+    if kind == JointKind::Free {
+        return Ok(Read {
+            name,
+            anchor: DVec3::ZERO,
+            joint,
+        });
+    }
+    joint.damping = element.number(reader, "damping")?.unwrap_or(0.0);
+    joint.friction = element.number(reader, "frictionloss")?.unwrap_or(0.0);
+    let range = element.numbers::<2>(reader, "range")?;
+    let automatic = sections.compiler.auto_limits && range.is_some();
+    if element.flag(reader, "limited", automatic)? {
+        let reference = element.number(reader, "ref")?.unwrap_or(0.0);
+        let range = range.unwrap_or_default();
+        match kind {
+            // The cone of a ball joint is no range of one number.
+            JointKind::Spherical => reader.ignore_attribute(element.source("range"), "range"),
+            _ => {
+                joint.limits = Some(JointLimits {
+                    position: Some(range.map(|bound| (bound - reference) * unit)),
+                    velocity: None,
+                    effort: None,
+                });
+            }
+        }
+    }
+    let position = element.vector(reader, "pos")?.unwrap_or_default();
+    Ok(Read {
+        name,
+        anchor: placed.offset.transform_point(position),
+        joint,
+    })
+}
+
+/// The joint placed for a body that stands at `pose` in its parent at q = 0.
+pub(super) fn placed(read: &Read<'_>, pose: Pose) -> Joint {
+    let anchor = Pose::from_translation(read.anchor);
+    read.joint.clone().at(pose * anchor).on_child(anchor)
+}

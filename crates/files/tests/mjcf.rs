@@ -1,0 +1,416 @@
+//! MJCF files: dynamics against MuJoCo's own, and everything that is refused or listed.
+
+#![cfg(feature = "mjcf")]
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use glam::{DMat3, DQuat, DVec3};
+use serde_json::Value;
+use vertebra_assembly::xml::XmlProblem;
+use vertebra_assembly::{JointKind, Model, State};
+use vertebra_dynamics::{Forces, Precision, Workspace, aba, forward_kinematics};
+use vertebra_files::mjcf::{self, Drive, Options, Robot};
+use vertebra_files::{FileError, Problem, Shape, TriangleSoup};
+use vertebra_spatial::Pose;
+
+/// What two programs in f64 agree to, relative.
+const TOLERANCE: f64 = 1e-9;
+
+fn parse(text: &str) -> Result<Robot, FileError> {
+    mjcf::parse(text, &Options::default())
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|x| x.as_f64().unwrap())
+        .collect()
+}
+
+/// A case of MuJoCo's in our coordinates. Its free joints are in world axes, positions and forces too,
+/// but angular rates in the body's; its quaternions start with w; positions count from `ref`.
+struct Case {
+    state: State,
+    forces: Forces,
+    qdd: Vec<f64>,
+}
+
+fn case(model: &Model, gold: &Value, case: &Value) -> Case {
+    let [q, qd, tau, qdd] = ["q", "qd", "tau", "qdd"].map(|key| numbers(&case[key]));
+    let mut state = State::neutral(model);
+    let mut forces = Forces::none(model);
+    let mut expected = vec![0.0; model.dof_count()];
+    let movable = model
+        .bodies()
+        .iter()
+        .filter(|body| body.joint.kind != JointKind::Fixed);
+    for (body, joint) in movable.zip(gold["joints"].as_array().unwrap()) {
+        let from = joint["qadr"].as_u64().unwrap() as usize;
+        let dof = joint["vadr"].as_u64().unwrap() as usize;
+        let quaternion = |at: usize| DQuat::from_xyzw(q[at + 1], q[at + 2], q[at + 3], q[at]);
+        let vector = |list: &[f64], at: usize| DVec3::from_slice(&list[at..at + 3]);
+        let (ours, dofs) = (body.position_range(), body.dof_range());
+        match body.joint.kind {
+            JointKind::Free => {
+                let pose = Pose::new(quaternion(from + 3), vector(&q, from));
+                let moved = body.joint.parent_placement.inverse() * pose;
+                state.q[ours.start..ours.start + 3].copy_from_slice(&moved.translation.to_array());
+                state.q[ours.start + 3..ours.end].copy_from_slice(&moved.rotation.to_array());
+                let back = pose.rotation.conjugate();
+                let w = vector(&qd, dof + 3);
+                let v = back * vector(&qd, dof);
+                let a = back * vector(&qdd, dof) - w.cross(v);
+                for (list, angular, linear) in [
+                    (&mut state.qd, w, v),
+                    (
+                        &mut forces.joint,
+                        vector(&tau, dof + 3),
+                        back * vector(&tau, dof),
+                    ),
+                    (&mut expected, vector(&qdd, dof + 3), a),
+                ] {
+                    list[dofs.start..dofs.start + 3].copy_from_slice(&angular.to_array());
+                    list[dofs.start + 3..dofs.end].copy_from_slice(&linear.to_array());
+                }
+            }
+            kind => {
+                if kind == JointKind::Spherical {
+                    state.q[ours].copy_from_slice(&quaternion(from).to_array());
+                } else {
+                    state.q[ours.start] = q[from] - joint["ref"].as_f64().unwrap();
+                }
+                let theirs = dof..dof + dofs.len();
+                state.qd[dofs.clone()].copy_from_slice(&qd[theirs.clone()]);
+                forces.joint[dofs.clone()].copy_from_slice(&tau[theirs.clone()]);
+                expected[dofs].copy_from_slice(&qdd[theirs]);
+            }
+        }
+    }
+    Case {
+        state,
+        forces,
+        qdd: expected,
+    }
+}
+
+/// Accelerations, places and masses of a file are MuJoCo's.
+fn agrees(text: &str, gold: &str) {
+    let robot = parse(text).unwrap();
+    let model = &robot.model;
+    let gold: Value = serde_json::from_str(gold).unwrap();
+    for (name, mass) in gold["masses"].as_object().unwrap() {
+        let body = model.body(model.find(name).unwrap()).unwrap();
+        let mass = mass.as_f64().unwrap();
+        assert!((body.mass.mass - mass).abs() <= 1e-12 * mass, "{name}");
+    }
+    let mut workspace = Workspace::new(model, Precision::F64);
+    for theirs in gold["cases"].as_array().unwrap() {
+        let case = case(model, &gold, theirs);
+        forward_kinematics(model, &case.state, &mut workspace).unwrap();
+        for (name, position) in theirs["position"].as_object().unwrap() {
+            let pose = workspace.pose(model.find(name).unwrap()).unwrap();
+            let apart = pose.translation - DVec3::from_slice(&numbers(position));
+            assert!(apart.length() < 1e-12, "{name} is {apart} away");
+        }
+        let qdd = aba(model, &case.state, &case.forces, &mut workspace).unwrap();
+        let largest = case.qdd.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        for (index, (ours, theirs)) in qdd.iter().zip(&case.qdd).enumerate() {
+            let apart = (ours - theirs).abs() / largest;
+            assert!(
+                apart < TOLERANCE,
+                "freedom {index}: {ours} against {theirs}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_quadruped_moves_as_in_mujoco() {
+    agrees(
+        include_str!("data/quadruped.xml"),
+        include_str!("data/quadruped.gold.json"),
+    );
+}
+
+#[test]
+fn every_joint_shape_and_orientation_is_as_in_mujoco() {
+    agrees(
+        include_str!("data/mechanism.xml"),
+        include_str!("data/mechanism.gold.json"),
+    );
+}
+
+#[test]
+fn several_joints_in_one_body_are_as_in_mujoco() {
+    agrees(
+        include_str!("data/chain.xml"),
+        include_str!("data/chain.gold.json"),
+    );
+}
+
+#[test]
+fn classes_actuators_and_limits() {
+    let robot = parse(include_str!("data/quadruped.xml")).unwrap();
+    let model = &robot.model;
+    let knee = model.body(robot.joints["knee_fl"]).unwrap();
+    let range = knee.joint.limits.unwrap().position.unwrap();
+    let degrees = |angle: f64| angle.to_radians();
+    // The range counts from the reference, -40 degrees.
+    assert!((range[0] - degrees(-80.0)).abs() < 1e-15 && (range[1] - degrees(20.0)).abs() < 1e-15);
+    let [hip, knee, motor, speed] = &robot.actuators[..] else {
+        unreachable!("four actuators")
+    };
+    assert_eq!(
+        hip.drive,
+        Drive::Position {
+            stiffness: 40.0,
+            damping: 2.0
+        }
+    );
+    assert_eq!(hip.force_range, Some([-30.0, 30.0]));
+    assert_eq!(
+        knee.drive,
+        Drive::Position {
+            stiffness: 25.0,
+            damping: 2.0
+        }
+    );
+    assert_eq!(knee.control_range, Some([-2.0, 0.0]));
+    assert_eq!((motor.drive, motor.gear), (Drive::Motor, 12.0));
+    assert_eq!(speed.drive, Drive::Velocity { damping: 3.0 });
+    assert_eq!(robot.time_step, Some(0.002));
+    let imu = model.find_frame("imu").unwrap();
+    assert_eq!(imu.body, model.find("trunk"));
+    assert!((imu.placement.rotation * DVec3::X - DVec3::Y).length() < 1e-15);
+    // The floor has no shape that bodies have; all else is there.
+    assert_eq!(robot.parts.len(), 10);
+    assert!(robot.ignored.is_empty(), "{:?}", robot.ignored);
+}
+
+#[test]
+fn equalities_hold_bodies_where_the_file_has_them() {
+    let robot = parse(
+        r#"<mujoco><worldbody>
+             <body name="a" pos="0 0 1"><joint name="a"/><geom size="0.1"/>
+               <body name="b" pos="1 0 0"><joint name="b"/><geom size="0.1"/></body></body>
+             <body name="c" pos="0 2 1" euler="0 0 90"><joint name="c"/><geom size="0.1"/></body>
+           </worldbody>
+           <equality>
+             <connect name="k" body1="b" body2="c" anchor="0.1 0 0"/>
+             <weld body1="c" relpose="0 0 0 0 0 0 0"/>
+             <joint joint1="b" joint2="a" polycoef="0.5 -2 0 0 0"/>
+             <joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>
+             <tendon tendon1="t"/>
+           </equality></mujoco>"#,
+    )
+    .unwrap();
+    let [connect, weld] = &robot.couplings[..] else {
+        unreachable!("two couplings")
+    };
+    let id = |name: &str| robot.model.find(name);
+    assert_eq!(
+        (connect.first, connect.second, connect.is_weld),
+        (id("b"), id("c"), false)
+    );
+    // The point (1.1, 0, 1), seen from c at (0, 2, 1), which is turned to the left.
+    let expected = DVec3::new(-2.0, -1.1, 0.0);
+    assert!((connect.second_place.translation - expected).length() < 1e-15);
+    assert_eq!(
+        (weld.first, weld.second, weld.is_weld),
+        (id("c"), None, true)
+    );
+    assert!((weld.first_place.inverse().translation - DVec3::new(0.0, 2.0, 1.0)).length() < 1e-15);
+    let mimic = robot
+        .model
+        .body(id("b").unwrap())
+        .unwrap()
+        .joint
+        .mimic
+        .clone()
+        .unwrap();
+    assert_eq!(
+        (mimic.body.as_str(), mimic.multiplier, mimic.offset),
+        ("a", -2.0, 0.5)
+    );
+    let listed: Vec<String> = robot.ignored.iter().map(ToString::to_string).collect();
+    assert_eq!(listed.len(), 2, "{listed:?}");
+    assert!(listed[1].contains("<tendon> of <equality>"), "{listed:?}");
+}
+
+#[test]
+fn masses_of_shapes_by_hand() {
+    // A capsule and the same shape as many thin slices.
+    let (radius, length) = (0.3_f64, 0.8_f64);
+    let capsule = Shape::Capsule { radius, length }
+        .mass_properties(2.0)
+        .unwrap();
+    let slices = 200_000;
+    let (mut mass, mut along, mut across) = (0.0, 0.0, 0.0);
+    let half = 0.5 * length + radius;
+    let thick = 2.0 * half / f64::from(slices);
+    for slice in 0..slices {
+        let z = -half + (f64::from(slice) + 0.5) * thick;
+        let beyond = (z.abs() - 0.5 * length).max(0.0);
+        let r2 = radius * radius - beyond * beyond;
+        let dm = 2.0 * std::f64::consts::PI * r2 * thick;
+        mass += dm;
+        along += 0.5 * dm * r2;
+        across += dm * (0.25 * r2 + z * z);
+    }
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b, "{a} against {b}");
+    close(capsule.mass, mass);
+    close(capsule.inertia.z_axis.z, along);
+    close(capsule.inertia.x_axis.x, across);
+
+    // A box of triangles is a box.
+    let size = DVec3::new(0.2, 0.5, 1.1);
+    let corner = |index: u32| {
+        let side = |bit: u32| f64::from((index >> bit) & 1) - 0.5;
+        DVec3::new(side(0), side(1), side(2)) * size + DVec3::new(3.0, -2.0, 1.0)
+    };
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let mut soup = TriangleSoup {
+        vertices: (0..8).map(corner).collect(),
+        triangles: quads
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .collect(),
+    };
+    let solid = Shape::Box { size }.mass_properties(700.0).unwrap();
+    let meshed = soup.mass_properties(700.0).unwrap();
+    close(meshed.mass, solid.mass);
+    assert!((meshed.center - DVec3::new(3.0, -2.0, 1.0)).length() < 1e-14);
+    let apart: DMat3 = meshed.inertia - solid.inertia;
+    let largest = apart
+        .to_cols_array()
+        .iter()
+        .fold(0.0_f64, |most, x| most.max(x.abs()));
+    assert!(largest < 1e-13 * solid.mass, "{apart}");
+    soup.triangles.pop();
+    assert!(soup.mass_properties(1.0).is_err());
+    soup.triangles.clear();
+    assert!(soup.mass_properties(1.0).is_err());
+}
+
+/// A body of the world with this in it.
+fn with(body: &str) -> String {
+    format!("<mujoco>\n<worldbody>\n<body name=\"b\">\n{body}\n</body></worldbody></mujoco>")
+}
+
+#[test]
+fn mistakes_are_named_with_line_and_element() {
+    let joint = "<joint name=\"j\"/>";
+    let refused = |text: &str, line: u32, words: &str| {
+        let error = parse(text).unwrap_err();
+        assert_eq!(error.location.line, Some(line), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+        error.problem
+    };
+    let geom = |attributes: &str| with(&format!("{joint}\n<geom name=\"g\" {attributes}/>"));
+    refused(&geom("size='-1'"), 5, "geom `g`: a size [m] is -1");
+    refused(
+        &geom("type='box' size='1 1'"),
+        5,
+        "`size` has 2 numbers; it needs 3",
+    );
+    refused(&geom("type='torus' size='1'"), 5, "`torus` in `type`");
+    refused(&geom("size='a'"), 5, "is not a number");
+    refused(&geom("size='1' quat='0 0 0 0'"), 5, "states no rotation");
+    refused(
+        &geom("size='1' quat='1 0 0 0' euler='0 0 0'"),
+        5,
+        "contradict",
+    );
+    refused(&geom("size='1' mass='-2'"), 5, "the mass [kg] is -2");
+    refused(&geom("type='mesh' mesh='m'"), 5, "names the mesh `m`");
+    refused(&geom("size='1' class='c'"), 5, "names the class `c`");
+    refused(&with(joint), 4, "moves no inertia");
+    refused(&with("<joint axis='0 0 0'/>"), 4, "states no rotation");
+    refused(
+        &with("<joint type='cog'/>"),
+        4,
+        "hinge, slide, ball or free",
+    );
+    refused(&with("<inertial mass='1' pos='0 0 0'/>"), 4, "diaginertia");
+    refused(&with("<replicate count='3'/>"), 4, "save the expanded file");
+    refused(
+        &with(&format!("{joint}<geom size='1'/><body name='b'/>")),
+        4,
+        "taken already, on line 3",
+    );
+    refused(&with("<geom size='1'/>"), 1, "nothing moves");
+    refused("<robot/>", 1, "<mujoco>");
+    refused(
+        "<mujoco>\n<compiler coordinate='global'/></mujoco>",
+        2,
+        "`local`",
+    );
+    refused(
+        "<mujoco>\n<compiler angle='grad'/></mujoco>",
+        2,
+        "`degree` or `radian`",
+    );
+    refused("<mujoco>\n<include file='x'/></mujoco>", 2, "expanded");
+    let problem = refused("<mujoco>\n<worldbody x></mujoco>", 2, "XML");
+    assert!(matches!(problem, Problem::Xml(XmlProblem::NotXml { .. })));
+    let motor = with(&format!("{joint}<geom size='1'/>")).replace(
+        "</mujoco>",
+        "\n<actuator><motor joint='k'/></actuator></mujoco>",
+    );
+    refused(&motor, 6, "names the joint `k`");
+    let error = mjcf::read("no/such/file.xml", &Options::default()).unwrap_err();
+    assert!(
+        error.to_string().starts_with("no/such/file.xml: "),
+        "{error}"
+    );
+}
+
+#[test]
+fn meshes_in_files_weigh_if_the_caller_has_them() {
+    let text = with("<joint/><geom type='mesh' mesh='m'/>").replace(
+        "<worldbody>",
+        "<asset><mesh name='m' file='m.stl' scale='1 1 -2'/></asset><worldbody>",
+    );
+    let error = parse(&text).unwrap_err();
+    assert!(
+        matches!(&error.problem, Problem::MeshMass { mesh } if mesh == "m"),
+        "{error}"
+    );
+    let tetrahedron = TriangleSoup {
+        vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    };
+    let robot = mjcf::parse(&text, &Options::default().mesh("m.stl", tetrahedron)).unwrap();
+    let mass = robot.model.bodies()[0].mass;
+    assert!((mass.mass - 1000.0 / 3.0).abs() < 1e-10);
+    assert!((mass.center - DVec3::new(0.25, 0.25, -0.5)).length() < 1e-15);
+}
+
+#[test]
+fn what_has_no_effect_is_listed() {
+    let text = with("<joint name='j' margin='0.1'/><geom size='1' rgba='1 0 0 1'/><camera/>")
+        .replace("</mujoco>", "<sensor/></mujoco>");
+    let listed: Vec<String> = parse(&text)
+        .unwrap()
+        .ignored
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    assert_eq!(
+        listed,
+        [
+            "line 4: <camera> of body `b` has no effect",
+            "line 4: `rgba` of <geom> of body `b` has no effect",
+            "line 4: `margin` of joint `j` has no effect",
+            "line 5: <sensor> of <mujoco> has no effect",
+        ]
+    );
+}

@@ -1,0 +1,1 @@
+const LANES = 256u;
