@@ -1,7 +1,5 @@
 //! Screws and compound joints against joints that make them up, and against exponentials.
 
-#![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
-
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use glam::{DAffine3, DQuat, DVec3};

@@ -90,7 +90,8 @@ impl Host {
             });
         }
         if let Some(elements) = &mut self.elements {
-            elements.account(state, h, self.solver.choice().tree.epsilon());
+            let epsilon = self.solver.choice().tree.epsilon();
+            elements.account((state, &self.next), (h, integrator), epsilon);
         }
         core::mem::swap(state, &mut self.next);
         if let Some(monitor) = monitor {
