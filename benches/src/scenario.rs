@@ -13,6 +13,7 @@ mod derivatives;
 pub mod error_inputs;
 pub mod error_table;
 pub mod gpu;
+pub mod joints;
 pub mod loops;
 pub mod meshes;
 pub mod model;

@@ -15,7 +15,7 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
-mod builder;
+pub mod builder;
 mod closure;
 mod compound;
 mod description;

@@ -35,7 +35,7 @@ mod dca;
 mod derivatives;
 mod device;
 mod drive;
-mod elements;
+pub mod elements;
 mod energy;
 mod error;
 mod external;

@@ -197,6 +197,17 @@ fn write_joint(
         JointKind::Spherical => return other("spherical"),
         JointKind::Screw { .. } => return other("screw"),
     };
+    let beyond = [
+        (joint.armature != 0.0, "the armature"),
+        (joint.spring.is_some(), "the spring"),
+        (joint.stop != Stop::HARD, "the stop"),
+    ];
+    if let Some(&(_, property)) = beyond.iter().find(|(has, _)| *has) {
+        return Err(WriteError::Property {
+            body: named(),
+            property,
+        });
+    }
     open_joint(text, &body.name, kind, parent)?;
     write_origin(text, &joint.parent_placement);
     let Some(axis) = axis else {

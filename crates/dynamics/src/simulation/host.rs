@@ -39,9 +39,9 @@ pub(super) struct Host {
 
 impl Host {
     pub(super) fn new(model: &Model, solver: Solver) -> Self {
-        let elements = Elements::new(model);
+        let elements = || Box::new(Elements::new(model));
         Self {
-            elements: (!elements.is_idle()).then(|| Box::new(elements)),
+            elements: model.first_element().map(|_| elements()),
             solver,
             next: State::neutral(model),
             stages: Stages::new(model),
@@ -154,7 +154,8 @@ impl Host {
             });
         }
         if let Some(elements) = &mut self.elements {
-            elements.account(state, h, self.solver.choice().tree.epsilon());
+            let epsilon = self.solver.choice().tree.epsilon();
+            elements.account((state, &self.next), (h, integrator), epsilon);
         }
         core::mem::swap(state, &mut self.next);
         if let Some(monitor) = monitor {
