@@ -3,6 +3,7 @@
 //! This crate is what an application imports. It only gathers the others, each of which can be used
 //! alone: `vertebra-spatial` (6-D algebra), `vertebra-assembly` (models, generators, URDF),
 //! `vertebra-dynamics` (ABA, divide and conquer, batches, RNEA, CRBA, integrators, residuals),
+//! `vertebra-files` (MJCF, SDF, proteins, motion capture, strands, recordings),
 //! `vertebra-collision` (meshes and their colliding triangles), `vertebra-gpu` (recordings of
 //! compute shaders) and `vertebra-shaders` (scan, sort and other primitives).
 //!
@@ -28,6 +29,8 @@ pub use vertebra_dynamics::{
     Work, Workspace, Wrench, aba, aba_batch, body_poses, crba, crba_forward_dynamics, dca,
     forward_error, forward_kinematics, joint_wrenches, mechanics, refine, residual, rnea,
 };
+#[cfg(feature = "files")]
+pub use vertebra_files as files;
 #[cfg(feature = "gpu")]
 pub use vertebra_gpu as gpu;
 #[cfg(feature = "gpu")]
