@@ -287,7 +287,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 70] = [
+const METHODS: [&str; 78] = [
     "aba",
     "aba-refined",
     "aba-refined-2",
@@ -342,21 +342,28 @@ const METHODS: [&str; 70] = [
     "collision",
     "collision-any",
     "collision-build",
+    "collision-contacts",
+    "collision-contacts-posed",
     "collision-count",
+    "collision-device",
     "collision-device-all",
     "collision-device-tree",
+    "collision-error-exact",
+    "collision-error-moller",
     "collision-following",
     "collision-links",
     "collision-mask",
     "collision-moller",
     "collision-pairs",
     "collision-pairs-all",
+    "collision-pairs-chosen",
     "collision-pairs-moving",
     "collision-pairs-tree",
     "collision-pairs-upload",
     "collision-poses",
     "collision-refit-pairs",
     "collision-self",
+    "collision-spheres",
     "collision-spheres-all",
     "collision-spheres-tree",
 ];

@@ -150,12 +150,12 @@ impl Right {
         for step in 0..RATE {
             simulation.step(COMPARED / f64::from(RATE))?;
             if step % 64 == 0 {
-                let now = mechanics(&scene.model, simulation.state(), &mut workspace)?;
+                let now = mechanics(&scene.model, simulation.state()?, &mut workspace)?;
                 energy = energy.max(now.kinetic_energy);
             }
         }
         Ok(Self {
-            q: simulation.state().q.clone(),
+            q: simulation.state()?.q.clone(),
             energy,
         })
     }
@@ -209,12 +209,12 @@ fn compare(
         best = best.min(start.elapsed().as_secs_f64());
     }
     run.time_per_second = Some(best);
-    run.trajectory_error = Some(farthest(&simulation.state().q, &right.q));
-    let mut back = simulation.state().clone();
+    run.trajectory_error = Some(farthest(&simulation.state()?.q, &right.q));
+    let mut back = simulation.state()?.clone();
     back.qd.iter_mut().for_each(|qd| *qd = -*qd);
     simulation.set_state(back)?;
     if second(&mut simulation).is_ok() {
-        run.return_error = Some(farthest(&simulation.state().q, &scene.state.q));
+        run.return_error = Some(farthest(&simulation.state()?.q, &scene.state.q));
     }
     Ok(())
 }
@@ -241,10 +241,10 @@ fn watch(
     let mut due = h;
     let growth = (run.seconds / h).powf(1.0 / DRIFT_POINTS as f64);
     let mut sums = [0.0_f64; 4];
-    while simulation.state().time < run.seconds - 0.5 * h {
+    while simulation.state()?.time < run.seconds - 0.5 * h {
         let stepped = simulation.step(h);
-        let time = simulation.state().time;
-        let now = match stepped.and_then(|()| look(simulation.state())) {
+        let time = simulation.state()?.time;
+        let now = match stepped.and_then(|()| look(simulation.state()?)) {
             Ok(now) => now,
             Err(_) => {
                 run.ended = Some(time);

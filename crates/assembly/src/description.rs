@@ -1,6 +1,6 @@
 //! Plain data from which a [`Model`] is built, and into which it is saved.
 
-use crate::{Compound, Joint, MassProperties, Model, ModelError};
+use crate::{Compound, Joint, MassProperties, Model, ModelError, massless, validate};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use vertebra_spatial::Pose;
@@ -113,6 +113,17 @@ impl ModelDescription {
             placement,
         });
         self
+    }
+
+    /// Everything that is wrong, at once: of each joint, mass and frame the first thing. Empty for a
+    /// description that [`build`](Self::build) makes a model.
+    #[must_use]
+    pub fn problems(&self) -> Vec<ModelError> {
+        let (order, problems) = validate::check_all(self);
+        if !problems.is_empty() {
+            return problems;
+        }
+        massless::problems(&Model::unchecked(self.clone(), order))
     }
 
     /// Checks the description and makes it a model.

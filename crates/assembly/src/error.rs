@@ -179,6 +179,16 @@ pub enum ModelError {
         /// The body.
         body: String,
     },
+    /// A body that is not in the model, or no longer.
+    #[error(
+        "the model `{model}` has no body number {body}, or it was removed; take ids from the model itself"
+    )]
+    NoSuchBody {
+        /// Name of the model.
+        model: String,
+        /// Index of the body.
+        body: usize,
+    },
     /// An array of the wrong length.
     #[error("{quantity} has {found} entries, the model needs {expected}")]
     WrongLength {
@@ -240,6 +250,7 @@ impl ModelError {
             | Self::UnsupportedVersion { .. }
             | Self::EmptyName { .. }
             | Self::WrongLength { .. }
+            | Self::NoSuchBody { .. }
             | Self::BadParameter { .. } => (None, false),
         }
     }

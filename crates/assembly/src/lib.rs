@@ -15,12 +15,15 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
+mod builder;
 mod compound;
 mod description;
+mod edit;
 mod element;
 mod error;
 pub mod generate;
 mod joint;
+mod kinematics;
 mod location;
 mod mass;
 mod massless;
@@ -36,8 +39,10 @@ mod validate;
 #[cfg(feature = "xml")]
 pub mod xml;
 
+pub use builder::{BodyShape, BuildError, Builder, Built, Centerline, Matter, Problem, SolidError};
 pub use compound::Compound;
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
+pub use edit::{Edit, Edited};
 pub use element::{Rest, Spring, Stop};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};

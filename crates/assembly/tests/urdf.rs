@@ -139,7 +139,7 @@ fn limits_dynamics_and_mimics_are_kept_and_said_not_to_be_simulated() {
         [("arm".to_owned(), Feature::Mimic("hub".to_owned()))]
     );
     let plain = read(&one_joint("revolute", "<mimic joint='j'/>"));
-    let mimic = self::arm(&plain).mimic.unwrap();
+    let mimic = arm(&plain).mimic.unwrap();
     assert_eq!((mimic.multiplier, mimic.offset), (1.0, 0.0));
 }
 

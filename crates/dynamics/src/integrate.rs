@@ -252,7 +252,7 @@ fn displace(model: &Model, start: &State, displacement: &[f64], next: &mut State
         match body.joint.kind {
             JointKind::Fixed => {}
             JointKind::Revolute { .. } | JointKind::Prismatic { .. } | JointKind::Screw { .. } => {
-                to[0] = from[0] + d[0]
+                to[0] = from[0] + d[0];
             }
             JointKind::Spherical => turn(from, d, to),
             JointKind::Free => {

@@ -169,7 +169,7 @@ fn a_nut_runs_down_its_thread() {
     }
     let moved = nut.inertia.z_axis.z + pitch * pitch * nut.mass;
     let spin = -9.81 * pitch * nut.mass / moved;
-    let state = simulation.state();
+    let state = simulation.state().unwrap();
     assert!(
         (state.qd[0] - spin).abs() <= 1e-11 * spin.abs(),
         "{}",

@@ -13,9 +13,10 @@ pub use glam;
 #[cfg(feature = "urdf")]
 pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
-    self as assembly, Body, BodyDescription, BodyId, Compound, Frame, FrameDescription, Joint,
-    JointKind, JointLimits, MassProperties, Mimic, Model, ModelDescription, ModelError,
-    NotSimulated, Random, Rest, Spring, State, Stop, Units, generate, schedule,
+    self as assembly, Body, BodyDescription, BodyId, BodyShape, BuildError, Builder, Built,
+    Centerline, Compound, Edit, Edited, Frame, FrameDescription, Joint, JointKind, JointLimits,
+    MassProperties, Mimic, Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring,
+    State, Stop, Units, generate, schedule,
 };
 pub use vertebra_collision::{
     self as collision, ClassifiedPair, ClosePair, Collider, Culling, Curve, CurvePoint, Curves,
@@ -25,8 +26,8 @@ pub use vertebra_collision::{
 pub use vertebra_dynamics::{
     self as dynamics, Achieved, Algorithm, Batch, BodyForce, BodyMotion, Check, Choice, DcaOptions,
     DcaWorkspace, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor, Motor,
-    PendingPoses, Precision, Refinement, Residual, Simulation, Solved, Solver, SolverOptions, Stored,
-    Work, Workspace, Wrench, aba, aba_batch, body_poses, crba, crba_forward_dynamics, dca,
+    PendingPoses, Precision, Refinement, Residual, Simulation, Solved, Solver, SolverOptions,
+    Stored, Work, Workspace, Wrench, aba, aba_batch, body_poses, crba, crba_forward_dynamics, dca,
     forward_error, forward_kinematics, joint_wrenches, mechanics, refine, residual, rnea,
 };
 #[cfg(feature = "files")]

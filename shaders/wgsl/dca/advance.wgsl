@@ -1,6 +1,24 @@
 // Joint coordinates on their way from step to step; integrate.rs of the dynamics has the formulas. Numbers of
 // a joint of one freedom are the first of a motion's angular part.
 
+// Where a joint of one freedom was at the start of the step, and its rate.
+struct Begun {
+    position: real,
+    rate: real,
+}
+
+fn begun_at(spot: Spot) -> Begun {
+    return Begun(real(state[spot.q]), real(state[sizes.positions + spot.v]));
+}
+
+// A joint's rates at the start of the step.
+fn rates_before(v: u32, kind: u32, begun: Begun) -> Motion {
+    if kind == REVOLUTE || kind == PRISMATIC {
+        return Motion(vec3<real>(begun.rate, 0.0, 0.0), zero3());
+    }
+    return joint_motion(sizes.positions + v, kind);
+}
+
 fn accelerations_at() -> u32 { return 2u * (sizes.positions + sizes.dofs); }
 
 // The numbers of a joint in an array with one for each freedom.
@@ -61,18 +79,18 @@ fn to_displacement_axes(kind: u32, q: u32, m: Motion) -> Motion {
 
 // The state worked on: positions at the start of the step moved by `u`, and these rates. An angle out of the
 // range of sine and cosine counts as overflow.
-fn put_moved(slot: u32, kind: u32, u: Motion, rates: Motion) {
+fn put_moved(slot: u32, kind: u32, u: Motion, rates: Motion, begun: Begun) {
     let q = position_of(slot);
     let to = work_q() + q;
     var is_sound = is_finite3(rates.angular) && is_finite3(rates.linear);
     switch kind {
         case REVOLUTE: {
-            let angle: real = real(state[q]) + u.angular.x;
+            let angle: real = begun.position + u.angular.x;
             is_sound = is_sound && is_finite(angle) && abs(0.5 * angle) <= LARGEST_ANGLE;
             state[to] = chunk_real(angle);
         }
         case PRISMATIC: {
-            let at: real = real(state[q]) + u.angular.x;
+            let at: real = begun.position + u.angular.x;
             is_sound = is_sound && is_finite(at);
             state[to] = chunk_real(at);
         }

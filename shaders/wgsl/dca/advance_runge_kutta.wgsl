@@ -1,6 +1,6 @@
 // A stage of the classical Runge-Kutta method, on the rotation group: u' = dexp^-1(u) w, qd' = qdd.
 
-fn advance(slot: u32, kind: u32, qdd: Motion) {
+fn advance(slot: u32, kind: u32, qdd: Motion, begun: Begun) {
     let v = dof_of(slot);
     let n = sizes.dofs;
     let displacements = accelerations_at() + n;
@@ -8,7 +8,7 @@ fn advance(slot: u32, kind: u32, qdd: Motion) {
     let acceleration_sums = rate_sums + n;
     put_joint_motion(accelerations_at() + v, kind, qdd);
     let h: real = real(forces[STEP_SIZE]);
-    let start = joint_motion(sizes.positions + v, kind);
+    let start = rates_before(v, kind, begun);
 
     // The rate of the displacement u at which this stage stands.
     var rate = to_displacement_axes(
@@ -36,7 +36,8 @@ fn advance(slot: u32, kind: u32, qdd: Motion) {
     if layer.stage == 3u {
         let sixth: real = h / 6.0;
         let u = motion_scaled(rate_sum, sixth);
-        put_moved(slot, kind, u, motion_add(start, motion_scaled(acceleration_sum, sixth)));
+        let rates = motion_add(start, motion_scaled(acceleration_sum, sixth));
+        put_moved(slot, kind, u, rates, begun);
         return;
     }
     put_joint_motion(rate_sums + v, kind, rate_sum);
@@ -44,5 +45,5 @@ fn advance(slot: u32, kind: u32, qdd: Motion) {
     let ahead: real = select(0.5 * h, h, layer.stage == 2u);
     let u = motion_scaled(rate, ahead);
     put_joint_motion(displacements + v, kind, u);
-    put_moved(slot, kind, u, motion_add(start, motion_scaled(qdd, ahead)));
+    put_moved(slot, kind, u, motion_add(start, motion_scaled(qdd, ahead)), begun);
 }

@@ -35,9 +35,6 @@ fn driven(kind: u32, v: u32, axes: mat3x3<real>) -> Force {
 // What pushes a body, about its handle point: a force f and a moment in world axes, the sum of f a' of
 // forces f in world axes at points a in joint axes, and a force and a moment in joint axes.
 fn pushed(slot: u32, axes: mat3x3<real>) -> Force {
-    if control[PUSHED] == 0u {
-        return force_zero();
-    }
     let number = control[PUSHED_SLOTS + slot];
     if number == 0u {
         return force_zero();
@@ -56,7 +53,14 @@ fn pushed(slot: u32, axes: mat3x3<real>) -> Force {
 }
 
 // A body's share of its inertia and bias force about its handle point, rakes included.
-fn body_share(slot: u32, flags: u32, placed: Placed, axes: mat3x3<real>, share: real) -> Rake {
+fn body_share(
+    slot: u32,
+    flags: u32,
+    placed: Placed,
+    axes: mat3x3<real>,
+    share: real,
+    are_pushed: bool,
+) -> Rake {
     let n = sizes.slots;
     let l2 = vec4<real>(links[2u * n + slot]);
     let l3 = vec4<real>(links[3u * n + slot]);
@@ -71,7 +75,10 @@ fn body_share(slot: u32, flags: u32, placed: Placed, axes: mat3x3<real>, share: 
     // About its centre of mass a body has no moment.
     let moment = select(axes * l2.xyz, zero3(), (flags & AT_CENTER) != 0u);
     let turning = turning_force(rotational, moment, placed.spin);
-    let force = force_sub(turning, pushed(slot, axes));
+    var force = turning;
+    if are_pushed {
+        force = force_sub(turning, pushed(slot, axes));
+    }
     let sum: Rake = Rake(
         inertia_scaled(inertia_rigid(rotational, moment, mass), share),
         force_scaled(force, share),
@@ -121,18 +128,18 @@ fn put_freedom(v: u32, column: Force, tip: Force, drive: real, d_inverse: real) 
 }
 
 // Lets one freedom go along `s`.
-fn let_one_go(part: Interior, s: Motion, v: u32, floor: real, c: Motion, slot: u32) -> Interior {
+fn let_one_go(part: Interior, s: Motion, spot: Spot, floor: real, c: Motion, tau: real) -> Interior {
     let column = inertia_mul(part.inertia, s);
     let tip = matrix6_transpose_mul(part.tip, Force(s.angular, s.linear));
     let d: real = motion_dot(s, column);
-    let drive: real = joint_force(v) - motion_dot(s, part.bias);
+    let drive: real = tau - motion_dot(s, part.bias);
     var d_inverse: real = 0.0;
     if d > floor && is_finite(d) {
         d_inverse = 1.0 / d;
     } else {
-        fail(SINGULAR, slot);
+        fail(SINGULAR, spot.slot);
     }
-    put_freedom(v, column, tip, drive, d_inverse);
+    put_freedom(spot.v, column, tip, drive, d_inverse);
     let response: real = drive * d_inverse;
     let scaled = force_scaled(column, d_inverse);
     let scaled_tip = force_scaled(tip, d_inverse);
@@ -181,17 +188,17 @@ fn inverse_of(f: Four, h: Four, aa: Four, la: Four, ll: Four, y: vec3<real>) -> 
 }
 
 // Passes through a slot's joint. A pivot that is within rounding of what it is computed from fails.
-fn let_go(part: Interior, spot: Spot, axes: mat3x3<real>, c: Motion) -> Interior {
+fn let_go(part: Interior, spot: Spot, axes: mat3x3<real>, c: Motion, tau: real) -> Interior {
     let slot = spot.slot;
     let kind = kind_of(spot.flags);
     let v = spot.v;
     let floor: vec2<real> = part.carried * (4.0 * EPSILON);
     switch kind {
         case REVOLUTE: {
-            return let_one_go(part, Motion(axes[2], zero3()), v, floor.x, c, slot);
+            return let_one_go(part, Motion(axes[2], zero3()), spot, floor.x, c, tau);
         }
         case PRISMATIC: {
-            return let_one_go(part, Motion(zero3(), axes[2]), v, floor.y, c, slot);
+            return let_one_go(part, Motion(zero3(), axes[2]), spot, floor.y, c, tau);
         }
         case SPHERICAL: {
             let drive = driven(kind, v, axes);
@@ -241,6 +248,7 @@ fn assemble_chunk(chunk: u32) {
     let leaf = chunk_word(chunk, LEAF);
     let rake = chunk_word(chunk, RAKE);
     let index = chunk_word(chunk, NODE);
+    let are_pushed = control[PUSHED] != 0u;
     let is_inner = (ends & FROM_CUT) != 0u;
     let last_share: real = select(real(1.0), real(0.5), (ends & IS_HALVED) != 0u);
     var part: Interior = Interior(
@@ -262,11 +270,14 @@ fn assemble_chunk(chunk: u32) {
         }
     }
     var next = spot_of(slot_ahead(slots, length - 1u));
+    var next_tau = joint_force(next.v);
     var ahead = slot_ahead(slots, length - 2u);
     for (var i = 0u; i < length; i++) {
         let place = length - 1u - i;
         let spot = next;
+        let tau = next_tau;
         next = spot_of(ahead);
+        next_tau = joint_force(next.v);
         ahead = slot_ahead(slots, place - 2u);
         let slot = spot.slot;
         let flags = spot.flags;
@@ -274,7 +285,8 @@ fn assemble_chunk(chunk: u32) {
         let axes = quaternion_matrix(placed.rotation);
         let is_last = place + 1u == slots.length;
         let share: real = select(real(1.0), last_share, is_last);
-        part = interior_added(part, body_share(slot, flags, placed, axes, share));
+        let body = body_share(slot, flags, placed, axes, share, are_pushed);
+        part = interior_added(part, body);
         if (flags & AT_CENTER) != 0u {
             let arm = axes * arm_of(slot, flags);
             part = accelerated(part, centripetal(placed.spin, arm));
@@ -287,7 +299,7 @@ fn assemble_chunk(chunk: u32) {
             shifted_angular_trace(part.inertia, placed.offset),
             sym_trace(part.inertia.linear),
         );
-        part = let_go(part, spot, axes, placed.bias_acceleration);
+        part = let_go(part, spot, axes, placed.bias_acceleration, tau);
         part.carried = arriving;
         if is_inner || place > 0u {
             part = referred(part, placed.offset);
@@ -299,7 +311,8 @@ fn assemble_chunk(chunk: u32) {
         let start = under_chunk(chunk);
         let placed = Placed(start.rotation, start.spin, zero3(), motion_zero());
         let axes = quaternion_matrix(placed.rotation);
-        part = interior_added(part, body_share(cut, flags_of(cut), placed, axes, 0.5));
+        let half: Rake = body_share(cut, flags_of(cut), placed, axes, 0.5, are_pushed);
+        part = interior_added(part, half);
         let factor: Cholesky6 = cholesky6(part.inertia, 0.0, 0.0);
         if !factor.positive {
             fail(UNJOINED, cut);

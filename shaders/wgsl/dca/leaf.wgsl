@@ -64,7 +64,7 @@ fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node
     let placed = get_placed(slot);
     let axes = quaternion_matrix(placed.rotation);
     let arm = axes * arm_of(slot, flags);
-    let body = body_share(slot, flags, placed, axes, share);
+    let body = body_share(slot, flags, placed, axes, share, control[PUSHED] != 0u);
     let own_factor: Cholesky6 = cholesky6(body.inertia, 0.0, 0.0);
     // What maps forces at the joint to forces at the centre of mass.
     let to_center = matrix6_shifted_back(matrix6_one(), -arm);

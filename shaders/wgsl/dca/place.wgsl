@@ -119,30 +119,6 @@ fn arm_of(slot: u32, flags: u32) -> vec3<real> {
     return vec4<real>(links[2u * sizes.slots + slot]).xyz;
 }
 
-// What is across a chunk, from the handle it hangs from to that of its last body.
-fn across_chunk(chunk: u32) -> Turn {
-    let slots = slots_of(chunk);
-    var across = no_turn();
-    var next = given_of(slot_at(slots, 0u));
-    var ahead = slot_ahead(slots, 1u);
-    for (var place = 0u; place < slots.length; place++) {
-        let given = next;
-        next = given_of(ahead);
-        ahead = slot_ahead(slots, place + 2u);
-        let joint = local(given);
-        let arm = quaternion_turned(joint.rotation, arm_of(given.spot.slot, given.spot.flags));
-        across = then(
-            across,
-            Turn(
-                joint.rotation,
-                quaternion_turned(joint.rotation, joint.velocity.angular),
-                joint.offset + arm,
-            ),
-        );
-    }
-    return across;
-}
-
 // A body in the world: as place.rs has it, but for inertia and forces.
 struct Placed {
     rotation: vec4<real>,

@@ -8,10 +8,28 @@ struct Response {
     joint: Motion,
 }
 
-fn respond_one(v: u32, s: Motion, f2: Force, given: Motion) -> Response {
-    let at = freedoms_at() + v;
-    let record = get4(at, sizes.dofs);
-    let rest = fetch(at + 3u * sizes.dofs);
+// What is read of a body, a place ahead too: of joints of several freedoms not their records.
+struct Known {
+    spot: Spot,
+    placed: Placed,
+    record: Four,
+    rest: vec4<real>,
+    begun: Begun,
+}
+
+fn known_of(slot: u32) -> Known {
+    let spot = spot_of(slot);
+    let at = freedoms_at() + spot.v;
+    return Known(
+        spot,
+        get_placed(slot),
+        get4(at, sizes.dofs),
+        fetch(at + 3u * sizes.dofs),
+        begun_at(spot),
+    );
+}
+
+fn respond_one(record: Four, rest: vec4<real>, s: Motion, f2: Force, given: Motion) -> Response {
     let column = Force(record.a, record.b);
     let wanted: real = rest.x + dot(record.c, f2.angular) + dot(record.d, f2.linear);
     let first: real = (wanted - motion_dot(given, column)) * rest.y;
@@ -23,10 +41,17 @@ fn respond_one(v: u32, s: Motion, f2: Force, given: Motion) -> Response {
     );
 }
 
-fn respond(v: u32, kind: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Response {
-    switch kind {
-        case REVOLUTE: { return respond_one(v, Motion(axes[2], zero3()), f2, given); }
-        case PRISMATIC: { return respond_one(v, Motion(zero3(), axes[2]), f2, given); }
+fn respond(known: Known, axes: mat3x3<real>, f2: Force, given: Motion) -> Response {
+    let v = known.spot.v;
+    switch kind_of(known.spot.flags) {
+        case REVOLUTE: {
+            let s = Motion(axes[2], zero3());
+            return respond_one(known.record, known.rest, s, f2, given);
+        }
+        case PRISMATIC: {
+            let s = Motion(zero3(), axes[2]);
+            return respond_one(known.record, known.rest, s, f2, given);
+        }
         case SPHERICAL: { return respond_turning(v, axes, f2, given); }
         case FREE: { return respond_free(v, axes, f2, given); }
         default: { return Response(given, motion_zero()); }
@@ -74,16 +99,16 @@ fn respond_chunk(chunk: u32) {
         a = Motion(center.angular, center.linear);
         keep_end(before, OUTBOARD, a);
     }
-    var next = spot_of(slot_at(slots, 0u));
+    var next = known_of(slot_at(slots, 0u));
     var ahead = slot_ahead(slots, 1u);
     for (var place = 0u; place < slots.length; place++) {
-        let spot = next;
-        next = spot_of(ahead);
+        let known = next;
+        next = known_of(ahead);
         ahead = slot_ahead(slots, place + 2u);
-        let slot = spot.slot;
-        let flags = spot.flags;
+        let slot = known.spot.slot;
+        let flags = known.spot.flags;
         let kind = kind_of(flags);
-        let placed = get_placed(slot);
+        let placed = known.placed;
         let axes = quaternion_matrix(placed.rotation);
         let arm = axes * arm_of(slot, flags);
         if is_inner || place > 0u {
@@ -94,13 +119,13 @@ fn respond_chunk(chunk: u32) {
         if has_leaf && place + 1u == slots.length {
             response = respond_leaf(leaf, placed, arm, kind, axes, ends.f2, on_leaf, a);
         } else {
-            response = respond(spot.v, kind, axes, tip, a);
+            response = respond(known, axes, tip, a);
         }
         a = response.body;
         if !(is_finite3(a.angular) && is_finite3(a.linear)) {
             fail(OVERFLOW, slot);
         }
-        advance(slot, kind, response.joint);
+        advance(slot, kind, response.joint, known.begun);
         let carries = (flags & CARRIES) != 0u;
         let is_cut = IS_KEPT && after != NONE && place + 1u == slots.length;
         if carries || is_cut {

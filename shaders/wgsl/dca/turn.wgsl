@@ -1,5 +1,5 @@
-// What is across each chunk in the state that is worked on, which becomes the state if the step has not
-// failed, or is taken from it.
+// What is across each chunk, from the handle it hangs from to that of its last body, in the state that is
+// worked on; which becomes the state if the step has not failed, or is taken from it.
 
 const KEEP = 0u;
 const COMMIT = 1u;
@@ -19,29 +19,60 @@ fn turn_chunk(chunk: u32) {
             control[STEPS] += 1u;
         }
     }
-    if layer.stage != KEEP {
-        let slots = slots_of(chunk);
+    let slots = slots_of(chunk);
+    if layer.stage == RESTORE {
         for (var place = 0u; place < slots.length; place++) {
-            copy_joint(slot_at(slots, place));
+            copy_joint(spot_of(slot_at(slots, place)));
         }
     }
-    put_across(chunk, across_chunk(chunk));
+    var across = no_turn();
+    var next = given_of(slot_at(slots, 0u));
+    var ahead = slot_ahead(slots, 1u);
+    for (var place = 0u; place < slots.length; place++) {
+        let given = next;
+        next = given_of(ahead);
+        ahead = slot_ahead(slots, place + 2u);
+        if layer.stage == COMMIT {
+            commit_joint(given);
+        }
+        let joint = local(given);
+        let arm = quaternion_turned(joint.rotation, arm_of(given.spot.slot, given.spot.flags));
+        across = then(
+            across,
+            Turn(
+                joint.rotation,
+                quaternion_turned(joint.rotation, joint.velocity.angular),
+                joint.offset + arm,
+            ),
+        );
+    }
+    put_across(chunk, across);
 }
 
-fn copy_joint(slot: u32) {
+fn commit_joint(given: Given) {
+    let kind = kind_of(given.spot.flags);
+    if kind == REVOLUTE || kind == PRISMATIC {
+        state[given.spot.q] = chunk_real(given.position);
+        state[sizes.positions + given.spot.v] = chunk_real(given.rate);
+    } else {
+        copy_joint(given.spot);
+    }
+}
+
+fn copy_joint(spot: Spot) {
     var positions = 0u;
     var rates = 0u;
-    switch kind_of(flags_of(slot)) {
+    switch kind_of(spot.flags) {
         case REVOLUTE, PRISMATIC: { positions = 1u; rates = 1u; }
         case SPHERICAL: { positions = 4u; rates = 3u; }
         case FREE: { positions = 7u; rates = 6u; }
         default: {}
     }
-    let q = position_of(slot);
+    let q = spot.q;
     for (var i = 0u; i < positions; i++) {
         copy_number(q + i, work_q() + q + i);
     }
-    let v = dof_of(slot);
+    let v = spot.v;
     for (var i = 0u; i < rates; i++) {
         copy_number(sizes.positions + v + i, work_qd() + v + i);
     }

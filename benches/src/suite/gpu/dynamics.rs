@@ -298,6 +298,42 @@ fn energy(simulation: &mut vertebra::Simulation) -> anyhow::Result<f64> {
     Ok(sums.kinetic_energy + sums.potential_energy)
 }
 
+/// A device that is lost under way is an error, the state that was read last is left, and a
+/// simulation on the device opened again goes on from it as if nothing had happened.
+pub(super) fn device_lost(device: &Device) -> Outcome {
+    let lost = device.reopen()?;
+    let model = generate::random_chain(50, &Rod::default(), 1)?;
+    let on = |device: &Device, state: &State| -> anyhow::Result<vertebra::Simulation> {
+        let mut simulation = vertebra::Simulation::on(&device.clone().into(), model.clone())?;
+        simulation.set_state(state.clone())?;
+        Ok(simulation)
+    };
+    let mut simulation = on(&lost, &State::random(&model, 2))?;
+    simulation.steps(1e-4, 20)?;
+    let read = simulation.state()?.clone();
+    lost.raw().0.destroy();
+    let refused = simulation.steps(1e-4, 20);
+    let is_lost =
+        |error: &Error| matches!(error, Error::Gpu(vertebra_gpu::Error::DeviceLost { .. }));
+    let unread = simulation.state().map(drop);
+    let mut again = on(&lost.reopen()?, simulation.last_state())?;
+    again.steps(1e-4, 20)?;
+    let mut other = on(device, &read)?;
+    other.steps(1e-4, 20)?;
+    Ok(vec![
+        holds(
+            format!("steps: {refused:?}"),
+            refused.is_err_and(|e| is_lost(&e)),
+        ),
+        holds(
+            "the state cannot be read",
+            unread.is_err_and(|e| is_lost(&e)),
+        ),
+        holds("the last one is there", *simulation.last_state() == read),
+        holds("it goes on elsewhere", again.state()? == other.state()?),
+    ])
+}
+
 /// A step that overflows names a body and itself, and leaves the state.
 pub(super) fn overflow(device: &Device) -> Outcome {
     let model = generate::random_chain(50, &Rod::default(), 1)?;

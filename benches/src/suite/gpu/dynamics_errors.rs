@@ -267,7 +267,8 @@ pub(super) fn refined(device: &Device) -> Outcome {
         for (sweeps, bound) in [(1, 1e-9), (2, 1e-10)] {
             let options = Options {
                 sweeps,
-                ..options(Precision::F64, Precision::F32, 4)
+                schedule: None,
+                ..options(Precision::F64, Precision::F32, 8)
             };
             let mut simulation = Simulation::on(device, &model, &options)?;
             simulation.set_state(&state)?;

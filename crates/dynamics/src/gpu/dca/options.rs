@@ -7,7 +7,7 @@ use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
 
 /// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and
-/// beyond these many bodies its joins are memory.
+/// beyond these many bodies its joins are memory; with corrections accuracy counts.
 const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
 const LONG_CHAIN: usize = 8192;
@@ -23,7 +23,7 @@ pub struct Options {
     /// Precision of the joins, at most that of the chunks; none for f32.
     pub tree: Option<Precision>,
     /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
-    /// 8192 and more.
+    /// 8192 and more or with corrections.
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
@@ -35,7 +35,8 @@ pub struct Options {
 impl Options {
     /// How so many bodies are gathered.
     pub(super) fn gathering(&self, bodies: usize) -> ScheduleOptions {
-        let window = if bodies < LONG_CHAIN {
+        // In chunks of few joints a heavy body's inertia drowns those of light ones before it.
+        let window = if bodies < LONG_CHAIN && self.sweeps == 0 {
             SHORT_WINDOW
         } else {
             WINDOW
