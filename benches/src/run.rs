@@ -9,8 +9,8 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints, loops,
-    meshes, model, needs, queries, scaling,
+    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints,
+    loops, meshes, model, needs, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;

@@ -3,6 +3,7 @@
 //! This crate is what an application imports. It only gathers the others, each of which can be used
 //! alone: `vertebra-spatial` (6-D algebra), `vertebra-assembly` (models, generators, URDF),
 //! `vertebra-dynamics` (ABA, divide and conquer, batches, RNEA, CRBA, integrators, residuals),
+//! `vertebra-files` (MJCF, SDF, proteins, motion capture, strands, recordings),
 //! `vertebra-collision` (meshes and their colliding triangles), `vertebra-gpu` (recordings of
 //! compute shaders) and `vertebra-shaders` (scan, sort and other primitives).
 //!
@@ -32,6 +33,8 @@ pub use vertebra_dynamics::{
     dca, forward_error, forward_kinematics, inverse_operational_inertia, joint_wrenches, mechanics,
     operational_inertia, refine, residual, rnea, rnea_derivatives,
 };
+#[cfg(feature = "files")]
+pub use vertebra_files as files;
 #[cfg(feature = "gpu")]
 pub use vertebra_gpu as gpu;
 #[cfg(feature = "gpu")]

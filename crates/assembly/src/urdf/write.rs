@@ -197,12 +197,19 @@ fn write_joint(
         JointKind::Spherical => return other("spherical"),
         JointKind::Screw { .. } => return other("screw"),
     };
-    let beyond = [
+    let never = [
         (joint.armature != 0.0, "the armature"),
         (joint.spring.is_some(), "the spring"),
         (joint.stop != Stop::HARD, "the stop"),
     ];
-    if let Some(&(_, property)) = beyond.iter().find(|(has, _)| *has) {
+    let with_axis = [
+        (joint.limits.is_some(), "limits"),
+        (joint.damping != 0.0, "damping"),
+        (joint.friction != 0.0, "friction"),
+        (joint.mimic.is_some(), "the mimic"),
+    ];
+    let with_axis = with_axis.iter().filter(|_| axis.is_none());
+    if let Some(&(_, property)) = never.iter().chain(with_axis).find(|(has, _)| *has) {
         return Err(WriteError::Property {
             body: named(),
             property,
@@ -211,18 +218,6 @@ fn write_joint(
     open_joint(text, &body.name, kind, parent)?;
     write_origin(text, &joint.parent_placement);
     let Some(axis) = axis else {
-        let property = [
-            (joint.limits.is_some(), "limits"),
-            (joint.damping != 0.0, "damping"),
-            (joint.friction != 0.0, "friction"),
-            (joint.mimic.is_some(), "the mimic"),
-        ];
-        if let Some(&(_, property)) = property.iter().find(|(has, _)| *has) {
-            return Err(WriteError::Property {
-                body: named(),
-                property,
-            });
-        }
         text.push_str("  </joint>\n");
         return Ok(());
     };
