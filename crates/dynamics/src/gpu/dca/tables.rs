@@ -19,7 +19,7 @@ const NONE: u32 = u32::MAX;
 
 /// Rounds that one dispatch goes through at most, as far as several workgroups are needed.
 const WORK_ROUNDS: usize = 5;
-const TURN_ROUNDS: usize = 7;
+const TURN_ROUNDS: usize = 9;
 
 /// Flags of slots beside the joint's kind.
 const AT_CENTER: u32 = 8;
