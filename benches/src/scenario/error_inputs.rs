@@ -164,12 +164,12 @@ fn tilted_pair(random: &mut Random) -> TrianglePair {
     ]
 }
 
-/// A million times as long as wide, through the same place.
+/// A million times as long as wide, past each other at a distance of that width.
 fn sliver_pair(random: &mut Random) -> TrianglePair {
+    const WIDTH: f32 = 1e-6;
     std::array::from_fn(|_| {
-        let [tip, aside, _] = random_triangle(random);
-        let far = -tip + aside * 1e-3;
-        [tip, far, tip * 0.5 + far * 0.5 + aside * 1e-6]
+        let [tip, aside, shift] = random_triangle(random);
+        [tip, -tip, aside * WIDTH].map(|corner| corner + shift * (0.3 * WIDTH))
     })
 }
 
