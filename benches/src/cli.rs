@@ -82,10 +82,10 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `needs`, `chunks`, `batch`, `collision`, `collision-queries`,
-    /// `collision-error`, `collision-scaling`, `gpu`. All by default, `gpu` where there is a real one; none of them when you name files of
-    /// your own.
-    #[arg(value_parser = ["dynamics", "needs", "chunks", "batch", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
+    /// Scenarios to measure: `dynamics`, `needs`, `chunks`, `joints`, `batch`, `loops`, `collision`,
+    /// `collision-queries`, `collision-error`, `collision-scaling`, `gpu`. All by default, `gpu` where there is a real one;
+    /// none of them when you name files of your own.
+    #[arg(value_parser = ["dynamics", "needs", "chunks", "joints", "batch", "loops", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
@@ -287,7 +287,7 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 70] = [
+const METHODS: [&str; 78] = [
     "aba",
     "aba-refined",
     "aba-refined-2",
@@ -342,21 +342,28 @@ const METHODS: [&str; 70] = [
     "collision",
     "collision-any",
     "collision-build",
+    "collision-contacts",
+    "collision-contacts-posed",
     "collision-count",
+    "collision-device",
     "collision-device-all",
     "collision-device-tree",
+    "collision-error-exact",
+    "collision-error-moller",
     "collision-following",
     "collision-links",
     "collision-mask",
     "collision-moller",
     "collision-pairs",
     "collision-pairs-all",
+    "collision-pairs-chosen",
     "collision-pairs-moving",
     "collision-pairs-tree",
     "collision-pairs-upload",
     "collision-poses",
     "collision-refit-pairs",
     "collision-self",
+    "collision-spheres",
     "collision-spheres-all",
     "collision-spheres-tree",
 ];

@@ -39,7 +39,7 @@ pub(super) struct DataPoint<'a> {
 fn rivals(row: &Row) -> (&str, u64, &str) {
     let family = row.method.split('-').next().unwrap_or(&row.method);
     let task = match family {
-        "aba" | "crba" | "dca" => "forward dynamics",
+        "aba" | "crba" | "dca" | "mujoco" | "pinocchio" => "forward dynamics",
         "exact" | "moller" | "moller0" | "separating" => question(row),
         _ => &row.method,
     };

@@ -4,6 +4,7 @@
 mod batch;
 mod collision;
 mod compare;
+mod contacts;
 mod dynamics;
 mod dynamics_errors;
 mod faults;
@@ -90,11 +91,14 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),
     check("dca_overflow", dynamics::overflow),
+    check("dynamics_device_lost", dynamics::device_lost),
     check("collision_gold", collision::gold),
     check("collision_hard", collision::hard),
     check("collision_nearly_touching", collision::nearly_touching),
     check("collision_large", collision::large),
     check("collision_queues_grow", collision::queues_grow),
+    check("collision_contacts", contacts::contacts),
+    check("collision_choice", contacts::choice),
     check("collision_moved", collision::moved),
     check("collision_itself", collision::itself),
     check("collision_together", collision::together),

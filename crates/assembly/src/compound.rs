@@ -75,8 +75,10 @@ impl Compound {
             self.joints.push(Joint::fixed());
         }
         let place = |on: Pose, placement: &mut Pose| {
-            // A joint that stands alone keeps the bits of its placements.
-            if on != Pose::IDENTITY {
+            // Placements that need no product keep their bits.
+            if *placement == Pose::IDENTITY {
+                *placement = on;
+            } else if on != Pose::IDENTITY {
                 *placement = on * *placement;
             }
         };

@@ -15,15 +15,20 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
+pub mod builder;
+mod closure;
 mod compound;
 mod description;
+mod edit;
 mod element;
 mod error;
 pub mod generate;
 mod joint;
+mod kinematics;
 mod location;
 mod mass;
 mod massless;
+pub mod mechanism;
 mod model;
 mod not_simulated;
 mod random;
@@ -36,8 +41,11 @@ mod validate;
 #[cfg(feature = "xml")]
 pub mod xml;
 
+pub use builder::{BodyShape, BuildError, Builder, Built, Centerline, Matter, Problem, SolidError};
+pub use closure::{Closure, Coupling, CouplingDescription, Loop, LoopDescription};
 pub use compound::Compound;
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
+pub use edit::{Edit, Edited};
 pub use element::{Rest, Spring, Stop};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};

@@ -42,6 +42,15 @@ impl Seat {
 /// joint must do it, and cannot where that joint gives way to the same motion. Whether it does
 /// otherwise depends on the position, and the solvers find out then.
 pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
+    match problems(model).into_iter().next() {
+        Some(problem) => Err(problem),
+        None => Ok(()),
+    }
+}
+
+/// All of them.
+pub(crate) fn problems(model: &Model) -> Vec<ModelError> {
+    let mut problems = Vec::new();
     let bodies = model.bodies();
     let seats = seats(bodies);
     let mut clusters = vec![MassProperties::MASSLESS; bodies.len()];
@@ -58,7 +67,7 @@ pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
             continue;
         }
         if !loaded[index] && !resists(cluster, kind) {
-            return Err(ModelError::MasslessBody {
+            problems.push(ModelError::MasslessBody {
                 body: body.name.clone(),
             });
         }
@@ -70,7 +79,7 @@ pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
             loaded[carrier] |= !gives_way(kind, &joint, &bodies[carrier].joint.kind);
         }
     }
-    Ok(())
+    problems
 }
 
 fn seats(bodies: &[Body]) -> Vec<Seat> {

@@ -1,13 +1,14 @@
 //! The model: checked, ordered, constant.
 
 use crate::{
-    BodyDescription, FrameDescription, Joint, MassProperties, ModelDescription, ModelError, Units,
+    BodyDescription, Coupling, CouplingDescription, Edit, FrameDescription, Joint, Loop,
+    LoopDescription, MassProperties, ModelDescription, ModelError, State, Units, closure,
     description::MODEL_VERSION, massless, not_simulated::NotSimulated, validate,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use vertebra_spatial::Pose;
 
 /// Names a body of one model, and the joint that carries it: its index in [`Model::bodies`].
@@ -30,17 +31,20 @@ impl BodyId {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "ModelDescription", into = "ModelDescription")]
 pub struct Model {
-    inner: Arc<Inner>,
+    pub(crate) inner: Arc<Inner>,
 }
 
 #[derive(Clone, Debug)]
-struct Inner {
+pub(crate) struct Inner {
     name: String,
     gravity: DVec3,
     units: Units,
     bodies: Vec<Body>,
     frames: Vec<Frame>,
-    by_name: HashMap<String, BodyId>,
+    pub(crate) loops: Vec<Loop>,
+    pub(crate) couplings: Vec<Coupling>,
+    /// Made when it is first asked for.
+    by_name: OnceLock<HashMap<String, BodyId>>,
     position_count: usize,
     dof_count: usize,
     depth: usize,
@@ -129,7 +133,11 @@ impl Model {
     /// frames: see [`find_frame`](Self::find_frame).
     #[must_use]
     pub fn find(&self, name: &str) -> Option<BodyId> {
-        self.inner.by_name.get(name).copied()
+        let names = || {
+            let bodies = self.body_ids().zip(self.bodies());
+            bodies.map(|(id, body)| (body.name.clone(), id)).collect()
+        };
+        self.inner.by_name.get_or_init(names).get(name).copied()
     }
 
     /// The named place of that name, looked for one by one.
@@ -173,11 +181,11 @@ impl Model {
         Arc::ptr_eq(&self.inner, &other.inner)
     }
 
-    /// What the model states that this version does not simulate: largest speeds, mimics, and elements in
-    /// joints that cannot have them.
+    /// What the model states that this version does not simulate: largest speeds, mimics of joints of several
+    /// freedoms, and elements in joints that cannot have them.
     #[must_use]
     pub fn not_simulated(&self) -> Vec<NotSimulated> {
-        NotSimulated::of_bodies(&self.inner.bodies)
+        NotSimulated::of_model(self)
     }
 
     /// The first body whose joint has elements that act of their own accord: range, damping, friction,
@@ -208,6 +216,16 @@ impl Model {
         }
     }
 
+    /// Starts a change of the model while it moves: bodies added and taken away, welded, cut loose and
+    /// attached elsewhere, the state carried over.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the state does not fit the model.
+    pub fn edit<'a>(&'a self, state: &'a State) -> Result<Edit<'a>, ModelError> {
+        state.check(self)?;
+        Ok(Edit::new(self, state))
+    }
+
     /// The model as plain data.
     #[must_use]
     pub fn describe(&self) -> ModelDescription {
@@ -235,6 +253,23 @@ impl Model {
                     placement: frame.placement,
                 })
                 .collect(),
+            loops: (self.loops().iter())
+                .map(|closed| LoopDescription {
+                    name: closed.name.clone(),
+                    bodies: closed.bodies.map(name_of),
+                    placements: closed.placements,
+                    closure: closed.closure,
+                })
+                .collect(),
+            couplings: (self.inner.couplings.iter())
+                .map(|coupling| CouplingDescription {
+                    name: coupling.name.clone(),
+                    body: self.inner.bodies[coupling.body.index()].name.clone(),
+                    other: self.inner.bodies[coupling.other.index()].name.clone(),
+                    ratio: coupling.ratio,
+                    offset: coupling.offset,
+                })
+                .collect(),
         }
     }
 }
@@ -250,41 +285,38 @@ impl TryFrom<ModelDescription> for Model {
 
     fn try_from(description: ModelDescription) -> Result<Self, ModelError> {
         let order = validate::check(&description)?;
+        let model = Self::unchecked(description, order);
+        massless::check(&model)?;
+        Ok(model)
+    }
+}
+
+impl Model {
+    /// The model of a description that was checked, in an order with parents first.
+    pub(crate) fn unchecked(description: ModelDescription, order: Vec<usize>) -> Self {
         let ModelDescription {
             name,
             gravity,
             bodies: written,
             frames,
+            loops,
+            couplings,
             ..
         } = description;
-        let units = Units::of_bodies(
-            written
-                .iter()
-                .map(|b| (&b.mass, &b.joint.parent_placement, &b.joint.child_placement)),
-            gravity,
-        );
-
         let mut by_name = HashMap::with_capacity(written.len());
         let mut bodies: Vec<Body> = Vec::with_capacity(written.len());
-        let mut depths: Vec<usize> = Vec::with_capacity(written.len());
-        let (mut position_count, mut dof_count) = (0, 0);
         let mut slots: Vec<Option<BodyDescription>> = written.into_iter().map(Some).collect();
         for body in order.into_iter().filter_map(|index| slots[index].take()) {
             let parent = body.parent.and_then(|name| by_name.get(&name).copied());
-            depths.push(1 + parent.map_or(0, |p: BodyId| depths[p.index()]));
             by_name.insert(body.name.clone(), body_id(bodies.len()));
-            let joint = validate::normalized(body.joint);
-            let (positions, dofs) = (joint.kind.position_count(), joint.kind.dof_count());
             bodies.push(Body {
                 name: body.name,
                 parent,
-                joint,
+                joint: validate::normalized(body.joint),
                 mass: body.mass,
-                position_start: position_count,
-                dof_start: dof_count,
+                position_start: 0,
+                dof_start: 0,
             });
-            position_count += positions;
-            dof_count += dofs;
         }
         let frames = frames
             .into_iter()
@@ -294,8 +326,38 @@ impl TryFrom<ModelDescription> for Model {
                 placement: frame.placement,
             })
             .collect();
+        let closed = closure::resolve(loops, couplings, &by_name);
+        Self::of_bodies(
+            (name, gravity),
+            bodies,
+            frames,
+            closed,
+            OnceLock::from(by_name),
+        )
+    }
 
-        let model = Self {
+    /// The model of bodies that were checked, parents first, whose coordinates are counted here.
+    pub(crate) fn of_bodies(
+        (name, gravity): (String, DVec3),
+        mut bodies: Vec<Body>,
+        frames: Vec<Frame>,
+        (loops, couplings): (Vec<Loop>, Vec<Coupling>),
+        by_name: OnceLock<HashMap<String, BodyId>>,
+    ) -> Self {
+        let sizes = |b| {
+            let Body { joint, mass, .. }: &Body = b;
+            (mass, &joint.parent_placement, &joint.child_placement)
+        };
+        let units = Units::of_bodies(bodies.iter().map(sizes), gravity);
+        let mut depths: Vec<usize> = Vec::with_capacity(bodies.len());
+        let (mut position_count, mut dof_count) = (0, 0);
+        for body in &mut bodies {
+            depths.push(1 + body.parent.map_or(0, |parent| depths[parent.index()]));
+            (body.position_start, body.dof_start) = (position_count, dof_count);
+            position_count += body.joint.kind.position_count();
+            dof_count += body.joint.kind.dof_count();
+        }
+        Self {
             inner: Arc::new(Inner {
                 name,
                 gravity,
@@ -303,13 +365,13 @@ impl TryFrom<ModelDescription> for Model {
                 depth: depths.into_iter().max().unwrap_or(0),
                 bodies,
                 frames,
+                loops,
+                couplings,
                 by_name,
                 position_count,
                 dof_count,
             }),
-        };
-        massless::check(&model)?;
-        Ok(model)
+        }
     }
 }
 
@@ -317,6 +379,6 @@ impl TryFrom<ModelDescription> for Model {
     clippy::cast_possible_truncation,
     reason = "validation refuses models of more than u32::MAX bodies"
 )]
-const fn body_id(index: usize) -> BodyId {
+pub(crate) const fn body_id(index: usize) -> BodyId {
     BodyId(index as u32)
 }

@@ -1,5 +1,6 @@
 //! Checks of a model description, each ending in an error that names the culprit.
 
+use crate::closure;
 use crate::description::MODEL_VERSION;
 use crate::{
     Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest, Spring, Stop,
@@ -15,8 +16,52 @@ const LARGEST: f64 = 1e100;
 /// Index limit of positions and degrees of freedom: seven of them a body still fit 32 bits.
 const BODY_LIMIT: usize = (u32::MAX / 8) as usize;
 
-/// Checks everything but the distribution of mass and returns an order with parents first.
+/// Checks everything but the joints that move no inertia and returns an order with parents first.
 pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelError> {
+    let (order, problems) = check_all(description);
+    match problems.into_iter().next() {
+        Some(problem) => Err(problem),
+        None => Ok(order),
+    }
+}
+
+/// The same, and everything that is wrong: of each joint, mass and frame the first thing. The order is
+/// one only if nothing is.
+pub(crate) fn check_all(description: &ModelDescription) -> (Vec<usize>, Vec<ModelError>) {
+    if let Err(problem) = check_whole(description) {
+        return (Vec::new(), vec![problem]);
+    }
+    let mut problems = Vec::new();
+    let bodies = &description.bodies;
+    let mut by_name = HashMap::with_capacity(bodies.len());
+    for (index, body) in bodies.iter().enumerate() {
+        problems.extend(check_name("body", index, &body.name).err());
+        if by_name.insert(body.name.as_str(), index).is_some() && !body.name.is_empty() {
+            problems.push(ModelError::DuplicateName {
+                name: body.name.clone(),
+            });
+        }
+        problems.extend(check_joint(&body.name, &body.joint).err());
+        problems.extend(check_mass(&body.name, &body.mass).err());
+    }
+    for body in bodies {
+        if let Some(mimic) = &body.joint.mimic
+            && !by_name.contains_key(mimic.body.as_str())
+        {
+            problems.push(ModelError::UnknownBody {
+                user: body.name.clone(),
+                body: mimic.body.clone(),
+            });
+        }
+    }
+    check_frames(description, &by_name, &mut problems);
+    closure::check(description, &by_name, &mut problems);
+    let order = parents_first(description, &by_name, &mut problems);
+    (order, problems)
+}
+
+/// Checks what is not of a single body.
+fn check_whole(description: &ModelDescription) -> Result<(), ModelError> {
     if description.version != MODEL_VERSION {
         return Err(ModelError::UnsupportedVersion {
             what: "model",
@@ -36,31 +81,7 @@ pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelE
         "gravity",
         &description.name,
         description.gravity.abs().max_element(),
-    )?;
-
-    let mut by_name = HashMap::with_capacity(bodies.len());
-    for (index, body) in bodies.iter().enumerate() {
-        check_name("body", index, &body.name)?;
-        if by_name.insert(body.name.as_str(), index).is_some() {
-            return Err(ModelError::DuplicateName {
-                name: body.name.clone(),
-            });
-        }
-        check_joint(&body.name, &body.joint)?;
-        check_mass(&body.name, &body.mass)?;
-    }
-    for body in bodies {
-        if let Some(mimic) = &body.joint.mimic
-            && !by_name.contains_key(mimic.body.as_str())
-        {
-            return Err(ModelError::UnknownBody {
-                user: body.name.clone(),
-                body: mimic.body.clone(),
-            });
-        }
-    }
-    check_frames(description, &by_name)?;
-    parents_first(description, &by_name)
+    )
 }
 
 /// Checks that indices can count the bodies and their freedoms.
@@ -75,7 +96,7 @@ pub(crate) fn check_count(bodies: usize) -> Result<(), ModelError> {
     Ok(())
 }
 
-fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelError> {
+pub(crate) fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelError> {
     if name.is_empty() {
         return Err(ModelError::EmptyName { what, index });
     }
@@ -85,33 +106,35 @@ fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelE
 fn check_frames(
     description: &ModelDescription,
     by_name: &HashMap<&str, usize>,
-) -> Result<(), ModelError> {
+    problems: &mut Vec<ModelError>,
+) {
     let mut names = HashSet::with_capacity(description.frames.len());
     for (index, frame) in description.frames.iter().enumerate() {
-        check_name("frame", index, &frame.name)?;
+        problems.extend(check_name("frame", index, &frame.name).err());
         if by_name.contains_key(frame.name.as_str()) || !names.insert(frame.name.as_str()) {
-            return Err(ModelError::DuplicateName {
+            problems.push(ModelError::DuplicateName {
                 name: frame.name.clone(),
             });
         }
         if let Some(body) = &frame.body
             && !by_name.contains_key(body.as_str())
         {
-            return Err(ModelError::UnknownBody {
+            problems.push(ModelError::UnknownBody {
                 user: frame.name.clone(),
                 body: body.clone(),
             });
         }
-        check_placement("placement", &frame.name, &frame.placement)?;
+        problems.extend(check_placement("placement", &frame.name, &frame.placement).err());
     }
-    Ok(())
 }
 
 /// Kahn's algorithm, the smallest index first: an order that has parents first is kept.
 fn parents_first(
     description: &ModelDescription,
     by_name: &HashMap<&str, usize>,
-) -> Result<Vec<usize>, ModelError> {
+    problems: &mut Vec<ModelError>,
+) -> Vec<usize> {
+    let known = problems.len();
     let bodies = &description.bodies;
     let mut children: Vec<Vec<usize>> = vec![Vec::new(); bodies.len()];
     let mut ready = BinaryHeap::new();
@@ -120,12 +143,10 @@ fn parents_first(
             None => ready.push(Reverse(index)),
             Some(parent) => match by_name.get(parent.as_str()) {
                 Some(&parent) => children[parent].push(index),
-                None => {
-                    return Err(ModelError::UnknownParent {
-                        body: body.name.clone(),
-                        parent: parent.clone(),
-                    });
-                }
+                None => problems.push(ModelError::UnknownParent {
+                    body: body.name.clone(),
+                    parent: parent.clone(),
+                }),
             },
         }
     }
@@ -134,14 +155,17 @@ fn parents_first(
         order.push(index);
         ready.extend(children[index].iter().map(|&child| Reverse(child)));
     }
-    if order.len() < bodies.len() {
-        return Err(ModelError::Cycle {
+    // What hangs from a missing parent, or from one of two of a name, may not be placed either.
+    let is_twice = |problem: &ModelError| matches!(problem, ModelError::DuplicateName { .. });
+    let is_clear = problems.len() == known && !problems.iter().any(is_twice);
+    if order.len() < bodies.len() && is_clear {
+        problems.push(ModelError::Cycle {
             body: bodies[body_on_cycle(description, by_name, &order)]
                 .name
                 .clone(),
         });
     }
-    Ok(order)
+    order
 }
 
 /// Walks from an unplaced body towards its parents as often as there are bodies: that ends on the
@@ -167,7 +191,7 @@ fn body_on_cycle(
     index
 }
 
-fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
+pub(crate) fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
     if let Some(axis) = joint.kind.axis() {
         finite_vector("joint axis", body, axis)?;
         if axis == DVec3::ZERO {
@@ -277,7 +301,7 @@ fn not_negative(quantity: &'static str, body: &str, value: f64) -> Result<(), Mo
     Ok(())
 }
 
-fn check_placement(
+pub(crate) fn check_placement(
     quantity: &'static str,
     element: &str,
     placement: &Pose,
@@ -297,7 +321,7 @@ fn check_placement(
     Ok(())
 }
 
-fn check_mass(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
+pub(crate) fn check_mass(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
     check_mass_numbers(body, mass)?;
     match mass.violation() {
         Some(reason) => Err(ModelError::NonPhysicalInertia {
@@ -349,7 +373,7 @@ fn not_absurd(quantity: &'static str, element: &str, value: f64) -> Result<(), M
     Ok(())
 }
 
-fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), ModelError> {
+pub(crate) fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), ModelError> {
     if value.is_finite() {
         return Ok(());
     }
@@ -360,21 +384,31 @@ fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), Model
     })
 }
 
-fn finite_vector(quantity: &'static str, element: &str, v: DVec3) -> Result<(), ModelError> {
+pub(crate) fn finite_vector(
+    quantity: &'static str,
+    element: &str,
+    v: DVec3,
+) -> Result<(), ModelError> {
     v.to_array()
         .into_iter()
         .try_for_each(|value| finite(quantity, element, value))
 }
 
+/// A direction that is not zero, of unit length.
+pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
+    // One that is of unit length to rounding already stays as it is written.
+    if (axis.length_squared() - 1.0).abs() <= 4.0 * f64::EPSILON {
+        return axis;
+    }
+    // An axis may be as short as 1e-200: bring it near 1 before it is squared.
+    let scaled = axis / axis.abs().max_element();
+    scaled / scaled.length()
+}
+
 /// Axes of unit length, quaternions too.
 pub(crate) fn normalized(mut joint: Joint) -> Joint {
     if let Some(axis) = joint.kind.axis_mut() {
-        // An axis may be as short as 1e-200: bring it near 1 before it is squared.
-        let scaled = *axis / axis.abs().max_element();
-        // One that is of unit length to rounding already stays as it is written.
-        if (axis.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {
-            *axis = scaled / scaled.length();
-        }
+        *axis = unit_axis(*axis);
     }
     for placement in [&mut joint.parent_placement, &mut joint.child_placement] {
         if (placement.rotation.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {

@@ -106,3 +106,30 @@ fn gpu_memory(bodies: usize, chunks: Precision, tree: Precision) -> f64 {
             _ => 3e-9,
         }
 }
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::*;
+
+    /// Within a third of what was measured on an H100 (`docs/gpu.md`).
+    #[test]
+    fn estimates_are_near_what_was_measured() {
+        let (f32, f64) = (Precision::F32, Precision::F64);
+        for (estimate, measured) in [
+            (gpu_step(128, f32, f32), 79.5e-6),
+            (gpu_step(2048, f32, f32), 117e-6),
+            (gpu_step(128, f64, f32), 89.8e-6),
+            (gpu_step(2048, f64, f32), 127e-6),
+            (gpu_step(128, f64, f64), 100e-6),
+            (gpu_step(2048, f64, f64), 147e-6),
+            (gpu_batch_time(8192, 22, 10), 65.2e-6),
+            (gpu_batch_time(32_768, 22, 12), 244e-6),
+            (gpu_batch_time(4096, 7, 7), 23.7e-6),
+        ] {
+            let ratio: f64 = estimate / measured;
+            assert!((0.75..1.33).contains(&ratio), "{estimate:e} {measured:e}");
+        }
+        assert!(gpu_forest(1, 300, f64) == gpu_step(300, f64, f64));
+        assert!(gpu_forest(8, 300, f64) < 1.1 * gpu_forest(1, 300, f64));
+    }
+}

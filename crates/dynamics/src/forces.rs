@@ -41,9 +41,10 @@ impl Forces {
         self.external.push((body, wrench));
     }
 
-    /// Takes the external forces of others.
+    /// Takes what acts on the bodies from others.
     pub(crate) fn set_external(&mut self, other: &Self) {
         self.external.clone_from(&other.external);
+        self.weights.clone_from(&other.weights);
     }
 
     /// Takes all external forces away.
@@ -55,6 +56,11 @@ impl Forces {
     #[must_use]
     pub fn external(&self) -> &[(BodyId, Wrench)] {
         &self.external
+    }
+
+    /// Inertia of a freedom's own [kg m^2 or kg].
+    pub(crate) fn inertia(&self, dof: usize) -> f64 {
+        self.joint_inertia.get(dof).copied().unwrap_or(0.0)
     }
 
     /// Lets another gravity than the model's act on one articulation of a forest, named by its root, the
@@ -116,11 +122,6 @@ impl Forces {
     /// Everything that acts on bodies beside the model's gravity.
     pub(crate) fn acting(&self) -> impl Iterator<Item = &(BodyId, Wrench)> {
         self.external.iter().chain(&self.weights)
-    }
-
-    /// Inertia of a freedom's own [kg m^2 or kg].
-    pub(crate) fn inertia(&self, dof: usize) -> f64 {
-        self.joint_inertia.get(dof).copied().unwrap_or(0.0)
     }
 
     /// Checks lengths, bodies and finiteness.

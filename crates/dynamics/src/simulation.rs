@@ -12,6 +12,7 @@ use crate::{
     Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses, forward_kinematics,
     joint_wrenches, mechanics,
 };
+use crate::{LoopForces, LoopViolation};
 use host::Host;
 use poses::Inner;
 #[cfg(feature = "gpu")]
@@ -37,8 +38,6 @@ pub struct Simulation {
     runs: Runs,
     /// For kinematics and [`solve`](Self::solve), if the solver's own memory does not serve.
     workspace: Option<Workspace>,
-    /// What acts in the joints; none until there is anything.
-    elements: Option<Box<Elements>>,
     monitor: Option<Monitor>,
     /// Whether the workspace's poses are those of `state`.
     posed: bool,
@@ -89,9 +88,7 @@ impl Simulation {
     }
 
     fn from_parts(model: Model, runs: Runs, choice: Choice) -> Self {
-        let elements = Elements::new(&model);
         Self {
-            elements: (!elements.is_idle()).then(|| Box::new(elements)),
             state: State::neutral(&model),
             forces: Forces::none(&model),
             integrator: Integrator::default(),
@@ -120,7 +117,7 @@ impl Simulation {
     pub fn with_solver(mut self, options: &SolverOptions) -> Result<Self, Error> {
         match &mut self.runs {
             Runs::Host(host) => {
-                **host = Host::new(&self.model, Solver::new(&self.model, options)?);
+                host.solver = Solver::new(&self.model, options)?;
                 self.choice = Choice {
                     gpu_s: self.choice.gpu_s,
                     ..*host.solver.choice()
@@ -213,6 +210,13 @@ impl Simulation {
         Ok(&self.state)
     }
 
+    /// The state as the host knows it, which on a GPU is the one that was set or read last: what is left of
+    /// a simulation whose device was lost.
+    #[must_use]
+    pub const fn last_state(&self) -> &State {
+        &self.state
+    }
+
     /// Replaces the state.
     ///
     /// # Errors
@@ -251,21 +255,24 @@ impl Simulation {
     /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; on a GPU
     /// [`Error::UnavailableOnGpu`]. The motor is then as it was.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
-        #[cfg(feature = "gpu")]
-        if matches!(self.runs, Runs::Gpu(_)) {
-            return Err(Error::UnavailableOnGpu {
-                what: "a motor in a joint",
-                remedy: "set a joint force, or simulate on `Device::cpu()`",
-            });
+        match &mut self.runs {
+            Runs::Host(host) => {
+                let new = || Elements::new(&self.model).into();
+                host.elements.get_or_insert_with(new).set_motor(body, motor)
+            }
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => Err(Error::UnavailableOnGpu {
+                what: "a motor",
+                remedy: "give joint forces, or simulate on `Device::cpu()`",
+            }),
         }
-        let elements = (self.elements).get_or_insert_with(|| Elements::new(&self.model).into());
-        elements.set_motor(body, motor)
     }
 
     /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
     #[must_use]
     pub fn work(&self) -> Work {
-        (self.elements.as_ref()).map_or_else(Work::default, |elements| *elements.work())
+        self.elements()
+            .map_or_else(Work::default, |elements| *elements.work())
     }
 
     /// Energy that springs and rotors hold.
@@ -273,7 +280,7 @@ impl Simulation {
     /// # Errors
     /// None: the state fits the model.
     pub fn stored(&self) -> Result<Stored, Error> {
-        match &self.elements {
+        match self.elements() {
             Some(elements) => elements.stored(&self.state),
             None => Ok(Stored::default()),
         }
@@ -282,7 +289,11 @@ impl Simulation {
     /// What acts in the joints; none where nothing does.
     #[must_use]
     pub fn elements(&self) -> Option<&Elements> {
-        self.elements.as_deref()
+        match &self.runs {
+            Runs::Host(host) => host.elements.as_deref(),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => None,
+        }
     }
 
     /// Moves on by `h` \[s\]; a negative step goes back in time, unless there are elements in joints.
@@ -316,8 +327,7 @@ impl Simulation {
             Runs::Host(host) => {
                 for step in 0..count {
                     let (model, state, forces) = (&self.model, &mut self.state, &self.forces);
-                    let acting = (forces, self.elements.as_deref_mut());
-                    host.step(model, state, acting, how, &mut self.monitor)
+                    host.step(model, state, forces, how, &mut self.monitor)
                         .map_err(|source| Error::Step {
                             step,
                             count,
@@ -328,6 +338,49 @@ impl Simulation {
             }
             #[cfg(feature = "gpu")]
             Runs::Gpu(remote) => remote.steps(&self.forces, how, count, self.monitor.as_ref()),
+        }
+    }
+
+    /// Moves the state until the loops of the model are closed: positions by the least motion in the mass metric
+    /// that Newton's method finds, then rates. To be called on states that do not satisfy them; steps keep them
+    /// closed by themselves.
+    ///
+    /// # Errors
+    /// [`Error::LoopNotClosed`] if that cannot be reached from here; [`Error`] as for a step. The state is then as
+    /// it was.
+    pub fn close_loops(&mut self) -> Result<(), Error> {
+        self.posed = false;
+        match &mut self.runs {
+            Runs::Host(host) => host.close_loops(&self.model, &mut self.state, &self.forces),
+            // Models with loops are not simulated there.
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => Ok(()),
+        }
+    }
+
+    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none.
+    #[must_use]
+    pub fn loop_violation(&mut self) -> Option<LoopViolation> {
+        match &mut self.runs {
+            Runs::Host(host) => host.solver.loop_violation(&self.model, &self.state),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => None,
+        }
+    }
+
+    /// The forces that keep the loops closed and the joints coupled in the current state, under the current forces.
+    ///
+    /// Where loops ask for the same thing twice, those of least norm, a loop's moments counted over the length of its
+    /// longest link and each loop by the compliance it meets: they share alike.
+    ///
+    /// # Errors
+    /// [`Error`] as for a step.
+    pub fn loop_forces(&mut self) -> Result<LoopForces, Error> {
+        self.posed = false;
+        match &mut self.runs {
+            Runs::Host(host) => host.loop_forces(&self.model, &self.state, &self.forces),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => Ok(LoopForces::default()),
         }
     }
 
@@ -422,17 +475,25 @@ impl Simulation {
 
     /// Solves the dynamics of the current state under the current forces, always by the
     /// articulated-body algorithm on the CPU, and gives the workspace to read from: joint and body
-    /// accelerations, joint wrenches, poses and velocities. Elements act as they do now, without a step.
+    /// accelerations, joint wrenches, poses and velocities. Elements act as they do now, without a step; forces of
+    /// loops and couplings as forces on the bodies and in the joints.
     ///
     /// # Errors
     /// [`Error`] as for a step.
     pub fn solve(&mut self) -> Result<&Workspace, Error> {
         self.fetch_state()?;
         self.posed = false;
-        let workspace = self.runs.workspace(&self.model, &mut self.workspace);
-        let forces = match &mut self.elements {
-            Some(elements) => elements.load(&self.state, &self.forces, 0.0)?,
-            None => &self.forces,
+        let (forces, workspace) = match &mut self.runs {
+            Runs::Host(host) => {
+                let (forces, solver) = host.all_forces(&self.model, &self.state, &self.forces)?;
+                let own = &mut self.workspace;
+                (forces, host::workspace(solver, &self.model, own))
+            }
+            #[cfg(feature = "gpu")]
+            runs @ Runs::Gpu(_) => {
+                let own = runs.workspace(&self.model, &mut self.workspace);
+                (&self.forces, own)
+            }
         };
         aba(&self.model, &self.state, forces, workspace)?;
         joint_wrenches(workspace)?;
@@ -486,7 +547,8 @@ impl Runs {
             let options = crate::gpu::Options::default();
             let expected = Choice::with_gpu(model, gpu, &options)?;
             let forced = !device.is_where_faster();
-            if forced || expected.on_gpu {
+            let suits = crate::gpu::check_model(model).is_ok();
+            if forced || (expected.on_gpu && suits) {
                 return Self::on_gpu(gpu, model, &options, (expected, forced));
             }
             gpu_s = expected.gpu_s;
@@ -520,13 +582,7 @@ impl Runs {
         other: &'a mut Option<Workspace>,
     ) -> &'a mut Workspace {
         match self {
-            Self::Host(host) => {
-                let precision = host.solver.choice().precision;
-                match host.solver.workspace_mut() {
-                    Some(own) => own,
-                    None => other.get_or_insert_with(|| Workspace::new(model, precision)),
-                }
-            }
+            Self::Host(host) => host::workspace(&mut host.solver, model, other),
             #[cfg(feature = "gpu")]
             Self::Gpu(_) => other.get_or_insert_with(|| Workspace::new(model, Precision::F64)),
         }

@@ -140,8 +140,10 @@ impl<T: Real> Sweeps<T> {
         for (dof, response) in dofs.zip(response) {
             passed += self.u_columns[dof] * response;
         }
-        // As in the solution, these let everything go but what drives them.
+        // As in the solution, these let everything go but what drives them, unless they have inertia of
+        // their own.
         match self.links[i].kind {
+            _ if self.holds(i) => {}
             Kind::Spherical => passed.angular = drive.angular,
             Kind::Free => passed = drive,
             _ => {}

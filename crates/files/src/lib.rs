@@ -15,16 +15,18 @@
 //! wrong and the remedy, and nothing half-built is left behind. What a format says and the model cannot
 //! hold is listed, never dropped in silence.
 
-//pub mod bvh;
+pub mod bvh;
 mod error;
 #[cfg(feature = "mjcf")]
 pub mod mjcf;
-//pub mod pdb;
-//pub mod recording;
-//pub mod sdf;
+#[cfg(feature = "pdb")]
+pub mod pdb;
+#[cfg(feature = "recording")]
+pub mod recording;
+#[cfg(feature = "sdf")]
+pub mod sdf;
 mod shape;
-//pub mod strands;
-#[cfg(any(feature = "mjcf", feature = "sdf"))]
+pub mod strands;
 mod tree;
 
 pub use error::{FileError, Problem};

@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
 use vertebra_assembly::xml::XmlProblem;
 use vertebra_assembly::{JointKind, Model, State};
-use vertebra_dynamics::{Forces, Precision, Workspace, aba, forward_kinematics};
+use vertebra_dynamics::{Elements, Forces, Precision, Workspace, aba, forward_kinematics};
 use vertebra_files::mjcf::{self, Drive, Options, Robot};
 use vertebra_files::{FileError, Problem, Shape, TriangleSoup};
 use vertebra_spatial::Pose;
@@ -113,7 +113,9 @@ fn agrees(text: &str, gold: &str) {
             let apart = pose.translation - DVec3::from_slice(&numbers(position));
             assert!(apart.length() < 1e-12, "{name} is {apart} away");
         }
-        let qdd = aba(model, &case.state, &case.forces, &mut workspace).unwrap();
+        let mut elements = Elements::new(model);
+        let loaded = elements.load(&case.state, &case.forces, 0.0).unwrap();
+        let qdd = aba(model, &case.state, loaded, &mut workspace).unwrap();
         let largest = case.qdd.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         for (index, (ours, theirs)) in qdd.iter().zip(&case.qdd).enumerate() {
             let apart = (ours - theirs).abs() / largest;

@@ -73,6 +73,11 @@ fn links() {
         on_gpu.at(&configurations).unwrap().pairs().unwrap(),
         expected
     );
+    // Down trees of which nodes hold parts of two bodies.
+    let descending = Links::new(device, &bodies).unwrap().culling(Culling::Bvh);
+    let descending = descending.ignore(0, 1).unwrap();
+    let at = descending.at(&configurations).unwrap();
+    assert_eq!(at.pairs().unwrap(), expected);
     let words = |configurations: &[[Pose; 4]]| -> Vec<f32> {
         let pose = |pose: &Pose| {
             let [x, y, z, w] = pose.rotation.to_array().map(|x| x as f32);

@@ -1,8 +1,29 @@
 //! Steps on the processor.
 
 use crate::integrate::{Stages, Step};
-use crate::{Elements, Error, Forces, Integrator, Monitor, Solver, finite_results};
+use crate::{
+    Elements, Error, Forces, Integrator, LoopForces, Monitor, Solver, Workspace, finite_results,
+};
 use vertebra_assembly::{Body, Model, State};
+
+/// The elements, if there is anything for them to do.
+pub(super) fn busy(elements: &mut Option<Box<Elements>>) -> Option<&mut Elements> {
+    let elements = elements.as_deref_mut();
+    elements.filter(|elements| !elements.is_idle())
+}
+
+/// The solver's own workspace or, if it has none, another, made when first asked for.
+pub(super) fn workspace<'a>(
+    solver: &'a mut Solver,
+    model: &Model,
+    other: &'a mut Option<Workspace>,
+) -> &'a mut Workspace {
+    let precision = solver.choice().precision;
+    match solver.workspace_mut() {
+        Some(own) => own,
+        None => other.get_or_insert_with(|| Workspace::new(model, precision)),
+    }
+}
 
 /// What steps on the processor need: none of it is taken later.
 #[derive(Debug)]
@@ -10,15 +31,80 @@ pub(super) struct Host {
     pub(super) solver: Solver,
     next: State,
     stages: Stages,
+    /// The forces and those of the loops, once they have been asked for.
+    held: Option<Forces>,
+    /// What acts in the joints; none until there is anything.
+    pub(super) elements: Option<Box<Elements>>,
 }
 
 impl Host {
     pub(super) fn new(model: &Model, solver: Solver) -> Self {
+        let elements = || Box::new(Elements::new(model));
         Self {
+            elements: model.first_element().map(|_| elements()),
             solver,
             next: State::neutral(model),
             stages: Stages::new(model),
+            held: None,
         }
+    }
+
+    /// Moves a state until its loops are closed, or leaves it as it is.
+    pub(super) fn close_loops(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        forces: &Forces,
+    ) -> Result<(), Error> {
+        if !self.solver.has_loops() {
+            return Ok(());
+        }
+        self.next.clone_from(state);
+        self.solver.forward_dynamics(model, state, forces)?;
+        self.solver.close(model, &mut self.next, forces)?;
+        core::mem::swap(state, &mut self.next);
+        Ok(())
+    }
+
+    /// The forces that keep loops and couplings.
+    pub(super) fn loop_forces(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<LoopForces, Error> {
+        let forces = match busy(&mut self.elements) {
+            Some(elements) => elements.load(state, forces, 0.0)?,
+            None => forces,
+        };
+        self.solver.forward_dynamics(model, state, forces)?;
+        Ok(self.solver.loop_forces(model))
+    }
+
+    /// The forces that act without a step, those of elements and loops included, and the solver.
+    pub(super) fn all_forces<'a>(
+        &'a mut self,
+        model: &Model,
+        state: &State,
+        forces: &'a Forces,
+    ) -> Result<(&'a Forces, &'a mut Solver), Error> {
+        let forces = match busy(&mut self.elements) {
+            Some(elements) => elements.load(state, forces, 0.0)?,
+            None => forces,
+        };
+        if !self.solver.has_loops() {
+            return Ok((forces, &mut self.solver));
+        }
+        self.solver.forward_dynamics(model, state, forces)?;
+        let held = self.held.get_or_insert_with(|| Forces::none(model));
+        held.joint.clone_from(&forces.joint);
+        held.joint_inertia.clone_from(&forces.joint_inertia);
+        held.clear_external();
+        for &(body, wrench) in forces.external() {
+            held.push(body, wrench);
+        }
+        self.solver.add_loop_forces(model, held);
+        Ok((held, &mut self.solver))
     }
 
     /// Moves a state on by `h` \[s\], or leaves it as it is.
@@ -26,21 +112,21 @@ impl Host {
         &mut self,
         model: &Model,
         state: &mut State,
-        (forces, mut elements): (&Forces, Option<&mut Elements>),
+        forces: &Forces,
         (h, integrator): (f64, Integrator),
         monitor: &mut Option<Monitor>,
     ) -> Result<(), Error> {
         if let Some(monitor) = monitor
             && monitor.is_due()
         {
-            let forces = match &mut elements {
+            let forces = match busy(&mut self.elements) {
                 Some(elements) => elements.load(state, forces, h)?,
                 None => forces,
             };
             let found = self.solver.check(model, state, forces)?;
             monitor.record(state.time, found);
         }
-        elements = elements.filter(|elements| !elements.is_idle());
+        let elements = busy(&mut self.elements);
         if let Some(elements) = &elements {
             elements.check_integrator(integrator)?;
         }
@@ -49,10 +135,11 @@ impl Host {
             start: state,
             h,
             forces,
-            elements: elements.as_deref_mut(),
+            elements,
         };
         let (solver, stages) = (&mut self.solver, &mut self.stages);
         step.take(integrator, solver, stages, &mut self.next)?;
+        self.solver.close(model, &mut self.next, forces)?;
         let time = state.time;
         finite_results(model, "joint rate", &self.next.qd, time)?;
         let overflowed = |body: &&Body| {
@@ -66,8 +153,9 @@ impl Host {
                 time,
             });
         }
-        if let Some(elements) = elements {
-            elements.account(state, h, self.solver.choice().tree.epsilon());
+        if let Some(elements) = &mut self.elements {
+            let epsilon = self.solver.choice().tree.epsilon();
+            elements.account((state, &self.next), (h, integrator), epsilon);
         }
         core::mem::swap(state, &mut self.next);
         if let Some(monitor) = monitor {

@@ -74,8 +74,9 @@ impl Simulation {
     /// # Errors
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
-    /// [`Error::Model`] for a bad schedule; [`Error::JointUnavailable`], [`Error::ElementUnavailable`];
-    /// [`Error::ModelTooLarge`] with the limit and how many bodies fit; [`Error::Gpu`].
+    /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
+    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`];
+    /// [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         crate::gpu::check_model(model)?;
         let precisions = options.precisions(device)?;

@@ -1,0 +1,390 @@
+//! Models changed while they move: tethers, fracture, docking.
+
+use crate::kinematics::{Placed, across, placed, project};
+use crate::model::body_id;
+use crate::{
+    Body, BodyId, Frame, Joint, JointKind, MassProperties, Model, ModelError, State, closure,
+    massless, validate,
+};
+use std::cell::OnceCell;
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::sync::OnceLock;
+use vertebra_spatial::Pose;
+
+/// A change of a model and its state in the making ([`Model::edit`]); nothing happens to either.
+///
+/// Bodies that stay keep their poses and velocities; coordinates of joints that stay keep their bits. Loops
+/// and couplings stay as long as their bodies do.
+///
+/// ```
+/// use glam::DVec3;
+/// use vertebra_assembly::{Joint, State, generate};
+///
+/// // A rope of ten links breaks in the middle.
+/// let rope = generate::chain(10, &Joint::spherical(), &generate::Rod::default())?;
+/// let state = State::random(&rope, 1);
+/// let middle = rope.find("body-5").ok_or("no such body")?;
+/// let mut edit = rope.edit(&state)?;
+/// edit.cut(middle)?;
+/// let broken = edit.finish()?;
+/// assert_eq!(broken.model.dof_count(), 9 * 3 + 6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Edit<'a> {
+    model: &'a Model,
+    state: &'a State,
+    /// Poses and velocities of the bodies, once something asks for them.
+    placed: OnceCell<Vec<Placed>>,
+    /// Parent of each body, those added after the model's; none for the world.
+    parents: Vec<Option<usize>>,
+    removed: Vec<bool>,
+    /// Children that are left.
+    children: Vec<u32>,
+    /// Joints that are no longer the model's, and their coordinates.
+    changed: HashMap<usize, (Joint, Vec<f64>, Vec<f64>)>,
+    added: Vec<Added>,
+    names: HashSet<String>,
+}
+
+#[derive(Clone, Debug)]
+struct Added {
+    name: String,
+    mass: MassProperties,
+}
+
+/// A model that was changed.
+#[derive(Clone, Debug)]
+pub struct Edited {
+    /// The new model.
+    pub model: Model,
+    /// Its state, at the same time.
+    pub state: State,
+    /// The new id of each old body; none of those removed.
+    pub bodies: Vec<Option<BodyId>>,
+}
+
+impl<'a> Edit<'a> {
+    pub(crate) fn new(model: &'a Model, state: &'a State) -> Self {
+        let bodies = model.bodies();
+        let mut children = vec![0; bodies.len()];
+        for parent in bodies.iter().filter_map(|body| body.parent) {
+            children[parent.index()] += 1;
+        }
+        Self {
+            parents: (bodies.iter())
+                .map(|body| body.parent.map(BodyId::index))
+                .collect(),
+            removed: vec![false; bodies.len()],
+            children,
+            placed: OnceCell::new(),
+            changed: HashMap::new(),
+            added: Vec::new(),
+            names: HashSet::new(),
+            model,
+            state,
+        }
+    }
+
+    /// Takes a body away, with all that it carries when the edit is finished.
+    ///
+    /// # Errors
+    /// [`ModelError::NoSuchBody`], of a body that was removed too.
+    pub fn remove(&mut self, body: BodyId) -> Result<(), ModelError> {
+        let index = self.known(body)?;
+        self.removed[index] = true;
+        self.leave(index);
+        Ok(())
+    }
+
+    /// Fixes a body to its parent as it is now. The joint's rate is lost: a weld is an impact without
+    /// rebound, of which only the joint's own motion is taken.
+    ///
+    /// # Errors
+    /// [`ModelError::NoSuchBody`].
+    pub fn weld(&mut self, body: BodyId) -> Result<(), ModelError> {
+        let index = self.known(body)?;
+        let (joint, q) = self.joint(index);
+        let moved = across(&joint.kind, q);
+        let mut welded = Joint::fixed().at(joint.parent_placement * moved);
+        welded = welded.on_child(joint.child_placement);
+        self.changed.insert(index, (welded, Vec::new(), Vec::new()));
+        Ok(())
+    }
+
+    /// Cuts a body, with all that it carries, from its parent: it then moves freely, as fast as it did.
+    ///
+    /// # Errors
+    /// [`ModelError::NoSuchBody`].
+    pub fn cut(&mut self, body: BodyId) -> Result<(), ModelError> {
+        let index = self.known(body)?;
+        let Placed {
+            pose,
+            spin,
+            velocity,
+        } = self.place(index);
+        let to_body = pose.rotation.inverse();
+        let (spin, slide) = (to_body * spin, to_body * velocity);
+        let q = [
+            &pose.translation.to_array()[..],
+            &pose.rotation.to_array()[..],
+        ];
+        let qd = project(&JointKind::Free, spin, slide);
+        self.leave(index);
+        self.parents[index] = None;
+        self.changed.insert(index, (Joint::free(), q.concat(), qd));
+        Ok(())
+    }
+
+    /// Attaches a body, with all that it carries, to another one or the world by a joint whose place on
+    /// the body is the joint's own and whose place on the parent is such that nothing moves: its position
+    /// is zero now. Of the relative velocity that part is kept which the joint allows.
+    ///
+    /// # Errors
+    /// [`ModelError::NoSuchBody`]; [`ModelError`] of a bad joint.
+    pub fn reattach(
+        &mut self,
+        body: BodyId,
+        parent: Option<BodyId>,
+        joint: Joint,
+    ) -> Result<(), ModelError> {
+        let index = self.known(body)?;
+        let parent = parent.map(|parent| self.known(parent)).transpose()?;
+        validate::check_joint(self.name(index), &joint)?;
+        let mut joint = validate::normalized(joint);
+        let below = parent.map_or(Placed::WORLD, |parent| self.place(parent));
+        let own = self.place(index);
+        let own = own.carried(own.pose * joint.child_placement);
+        let below = below.carried(own.pose);
+        let to_joint = own.pose.rotation.inverse();
+        let spin = to_joint * (own.spin - below.spin);
+        let slide = to_joint * (own.velocity - below.velocity);
+        let parent_pose = parent.map_or(Pose::IDENTITY, |parent| self.place(parent).pose);
+        joint.parent_placement = parent_pose.inverse() * own.pose;
+        let qd = project(&joint.kind, spin, slide);
+        self.leave(index);
+        self.parents[index] = parent;
+        if let Some(parent) = parent {
+            self.children[parent] += 1;
+        }
+        let q = neutral(joint.kind);
+        self.changed.insert(index, (joint, q, qd));
+        Ok(())
+    }
+
+    /// Adds a body at rest against its parent, its joint at zero.
+    ///
+    /// # Errors
+    /// [`ModelError::NoSuchBody`] of the parent; [`ModelError`] of a bad joint or mass, or of a name that
+    /// is taken.
+    pub fn add(
+        &mut self,
+        name: impl Into<String>,
+        parent: Option<BodyId>,
+        joint: Joint,
+        mass: MassProperties,
+    ) -> Result<(), ModelError> {
+        let name = name.into();
+        let parent = parent.map(|parent| self.known(parent)).transpose()?;
+        validate::check_joint(&name, &joint)?;
+        validate::check_mass(&name, &mass)?;
+        if name.is_empty() {
+            let index = self.parents.len();
+            return Err(ModelError::EmptyName {
+                what: "body",
+                index,
+            });
+        }
+        let is_taken = self.model.find(&name).is_some() || self.model.find_frame(&name).is_some();
+        if is_taken || !self.names.insert(name.clone()) {
+            return Err(ModelError::DuplicateName { name });
+        }
+        let joint = validate::normalized(joint);
+        let (q, qd) = (neutral(joint.kind), vec![0.0; joint.kind.dof_count()]);
+        self.changed.insert(self.parents.len(), (joint, q, qd));
+        if let Some(parent) = parent {
+            self.children[parent] += 1;
+        }
+        self.parents.push(parent);
+        self.removed.push(false);
+        self.children.push(0);
+        self.added.push(Added { name, mass });
+        Ok(())
+    }
+
+    /// Makes the new model and its state. Bodies keep their order but where a parent would come after its
+    /// children.
+    ///
+    /// # Errors
+    /// [`ModelError::Cycle`] if bodies were attached to what they carry; [`ModelError::Empty`];
+    /// [`ModelError::MasslessBody`].
+    pub fn finish(mut self) -> Result<Edited, ModelError> {
+        let order = self.order()?;
+        if order.is_empty() {
+            return Err(ModelError::Empty {
+                model: self.model.name().to_owned(),
+            });
+        }
+        let mut ids = vec![None; self.parents.len()];
+        let mut bodies = Vec::with_capacity(order.len());
+        let mut state = State {
+            q: Vec::with_capacity(self.state.q.len()),
+            qd: Vec::with_capacity(self.state.qd.len()),
+            time: self.state.time,
+        };
+        let old = self.model.bodies();
+        for (place, index) in order.into_iter().enumerate() {
+            ids[index] = Some(body_id(place));
+            let known = old.get(index);
+            let joint = if let Some((joint, q, qd)) = self.changed.remove(&index) {
+                state.q.extend(q);
+                state.qd.extend(qd);
+                joint
+            } else {
+                let Some(body) = known else { continue };
+                state.q.extend(&self.state.q[body.position_range()]);
+                state.qd.extend(&self.state.qd[body.dof_range()]);
+                body.joint.clone()
+            };
+            let (name, mass) = match known {
+                Some(body) => (body.name.clone(), body.mass),
+                None => {
+                    let added = &mut self.added[index - old.len()];
+                    (core::mem::take(&mut added.name), added.mass)
+                }
+            };
+            bodies.push(Body {
+                name,
+                parent: self.parents[index].and_then(|parent| ids[parent]),
+                joint,
+                mass,
+                position_start: 0,
+                dof_start: 0,
+            });
+        }
+        let frames = self.model.frames().iter().filter_map(|frame| {
+            let body = match frame.body {
+                Some(body) => Some(ids[body.index()]?),
+                None => None,
+            };
+            Some(Frame {
+                body,
+                ..frame.clone()
+            })
+        });
+        let whole = (self.model.name().to_owned(), self.model.gravity());
+        let closed = closure::carried_over(self.model, &ids, &bodies);
+        let frames = frames.collect();
+        let model = Model::of_bodies(whole, bodies, frames, closed, OnceLock::new());
+        massless::check(&model)?;
+        ids.truncate(old.len());
+        Ok(Edited {
+            model,
+            state,
+            bodies: ids,
+        })
+    }
+
+    /// The bodies that are left, parents first, else in their old order; what hangs from one that was
+    /// removed goes too.
+    fn order(&mut self) -> Result<Vec<usize>, ModelError> {
+        let count = self.parents.len();
+        let is_before = |(index, parent): (usize, &Option<usize>)| parent.is_none_or(|p| p < index);
+        if self.parents.iter().enumerate().all(is_before) {
+            for index in 0..count {
+                let gone = self.parents[index].is_some_and(|parent| self.removed[parent]);
+                self.removed[index] |= gone;
+            }
+            return Ok((0..count).filter(|&index| !self.removed[index]).collect());
+        }
+        let mut children: Vec<Vec<usize>> = vec![Vec::new(); count];
+        let mut ready = BinaryHeap::new();
+        for (index, parent) in self.parents.iter().enumerate() {
+            match parent {
+                Some(parent) => children[*parent].push(index),
+                None => ready.push(Reverse(index)),
+            }
+        }
+        let mut order = Vec::with_capacity(count);
+        let mut seen = vec![false; count];
+        while let Some(Reverse(index)) = ready.pop() {
+            seen[index] = true;
+            if !self.removed[index] {
+                order.push(index);
+            }
+            for &child in &children[index] {
+                self.removed[child] |= self.removed[index];
+                ready.push(Reverse(child));
+            }
+        }
+        match seen.iter().position(|&seen| !seen) {
+            None => Ok(order),
+            // From an unplaced body towards its parents as often as there are bodies ends on the cycle.
+            Some(unplaced) => {
+                let up = |index: usize, _| self.parents[index].unwrap_or(index);
+                Err(ModelError::Cycle {
+                    body: self.name((0..count).fold(unplaced, up)).to_owned(),
+                })
+            }
+        }
+    }
+
+    /// Takes a body from its parent, and with it the bodies without mass of a compound joint, which carry
+    /// nothing else.
+    fn leave(&mut self, body: usize) {
+        let mut at = self.parents[body];
+        while let Some(parent) = at {
+            self.children[parent] -= 1;
+            let massless = |body: &Body| body.mass == MassProperties::MASSLESS;
+            let is_left = self.children[parent] > 0;
+            if is_left || !self.model.bodies().get(parent).is_some_and(massless) {
+                break;
+            }
+            self.removed[parent] = true;
+            at = self.parents[parent];
+        }
+    }
+
+    fn known(&self, body: BodyId) -> Result<usize, ModelError> {
+        let index = body.index();
+        if index < self.model.bodies().len() && !self.removed[index] {
+            return Ok(index);
+        }
+        Err(ModelError::NoSuchBody {
+            model: self.model.name().to_owned(),
+            body: index,
+        })
+    }
+
+    fn name(&self, index: usize) -> &str {
+        let old = self.model.bodies();
+        match old.get(index) {
+            Some(body) => &body.name,
+            None => &self.added[index - old.len()].name,
+        }
+    }
+
+    /// Where an old body is and how it moves.
+    fn place(&self, index: usize) -> Placed {
+        self.placed.get_or_init(|| placed(self.model, self.state))[index]
+    }
+
+    /// A body's joint as it is by now, and its positions.
+    fn joint(&self, index: usize) -> (&Joint, &[f64]) {
+        if let Some((joint, q, _)) = self.changed.get(&index) {
+            return (joint, q);
+        }
+        let body = &self.model.bodies()[index];
+        (&body.joint, &self.state.q[body.position_range()])
+    }
+}
+
+/// Positions of a joint whose two frames coincide.
+fn neutral(kind: JointKind) -> Vec<f64> {
+    let mut q = vec![0.0; kind.position_count()];
+    if let (JointKind::Spherical | JointKind::Free, [.., w]) = (kind, &mut q[..]) {
+        *w = 1.0;
+    }
+    q
+}

@@ -1,0 +1,186 @@
+//! Models changed while they move, against their own kinematics.
+
+#![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
+
+use glam::DVec3;
+use vertebra_assembly::{
+    BodyId, Edited, Joint, MassProperties, Model, ModelError, Random, State, generate,
+};
+use vertebra_dynamics::{Precision, Simulation, Workspace, forward_kinematics};
+use vertebra_spatial::Pose;
+
+/// Pose and velocity of every body.
+fn motions(model: &Model, state: &State) -> Vec<(Pose, DVec3, DVec3)> {
+    let mut workspace = Workspace::new(model, Precision::F64);
+    forward_kinematics(model, state, &mut workspace).unwrap();
+    let of = |id| {
+        let velocity = workspace.velocity(id).unwrap();
+        (
+            workspace.pose(id).unwrap(),
+            velocity.angular,
+            velocity.linear,
+        )
+    };
+    model.body_ids().map(of).collect()
+}
+
+/// The largest difference of pose, and of velocity, of bodies that are in both.
+fn change(model: &Model, state: &State, edited: &Edited) -> (f64, f64) {
+    let (before, after) = (motions(model, state), motions(&edited.model, &edited.state));
+    let mut worst = (0.0_f64, 0.0_f64);
+    for (old, new) in edited.bodies.iter().enumerate() {
+        let Some(new) = new else { continue };
+        let ((p, w, v), (q, a, b)) = (&before[old], &after[new.index()]);
+        let turned = 1.0 - p.rotation.dot(q.rotation).abs();
+        let moved = (p.translation - q.translation).length().max(turned);
+        worst = (
+            worst.0.max(moved),
+            worst.1.max((*w - *a).length().max((*v - *b).length())),
+        );
+        let name = |model: &Model, at: usize| model.bodies()[at].name.clone();
+        assert_eq!(name(model, old), name(&edited.model, new.index()));
+    }
+    worst
+}
+
+#[test]
+fn cuts_change_no_motion() {
+    for seed in 0..20 {
+        let model = generate::random_mechanism(15, false, seed).unwrap();
+        let state = State::random(&model, seed);
+        let mut random = Random::new(seed);
+        let mut edit = model.edit(&state).unwrap();
+        let mut cut = Vec::new();
+        for _ in 0..4 {
+            let name = format!("body-{}", random.below(15));
+            if !cut.contains(&name) {
+                edit.cut(model.find(&name).unwrap()).unwrap();
+                cut.push(name);
+            }
+        }
+        let edited = edit.finish().unwrap();
+        let (moved, faster) = change(&model, &state, &edited);
+        assert!(
+            moved <= 1e-13 && faster <= 1e-12,
+            "seed {seed}: {moved:e}, {faster:e}"
+        );
+        for name in &cut {
+            let body = edited.model.find(name).unwrap();
+            let body = edited.model.body(body).unwrap();
+            assert!(body.parent.is_none() && body.dof_range().len() == 6);
+        }
+        // The bodies without mass of a joint that was cut are gone with it.
+        let is_left = |name: &String| edited.model.find(&format!("{name}.1")).is_some();
+        assert!(!cut.iter().any(is_left));
+        assert_eq!(edited.state.time, state.time);
+        let mut simulation = Simulation::new(edited.model).unwrap();
+        simulation.set_state(edited.state).unwrap();
+        simulation.step(1e-4).unwrap();
+    }
+}
+
+/// Poses stay; the joint takes what it does not allow of the velocity, of the body and what it carries.
+#[test]
+fn bodies_are_welded_and_attached_where_they_are() {
+    let joints = [
+        Joint::revolute(DVec3::Y),
+        Joint::prismatic(DVec3::X),
+        Joint::screw(DVec3::Z, 0.2),
+        Joint::spherical(),
+        Joint::fixed(),
+        Joint::free(),
+    ];
+    for (seed, joint) in (0..18).zip(joints.iter().cycle()) {
+        let model = generate::random_mechanism(9, false, seed).unwrap();
+        let state = State::random(&model, seed);
+        let id = |index: usize| model.find(&format!("body-{index}")).unwrap();
+        let mut edit = model.edit(&state).unwrap();
+        edit.weld(id(3)).unwrap();
+        let joint = joint
+            .clone()
+            .on_child(Pose::from_translation(DVec3::new(0.1, 0.2, 0.3)));
+        let is_free = joint.kind.dof_count() == 6;
+        edit.reattach(id(8), Some(id(1)), joint).unwrap();
+        let edited = edit.finish().unwrap();
+        let (moved, _) = change(&model, &state, &edited);
+        assert!(moved <= 1e-13, "seed {seed}: {moved:e}");
+        // Of a free joint all is kept.
+        let mut alone = model.edit(&state).unwrap();
+        alone.reattach(id(8), Some(id(1)), Joint::free()).unwrap();
+        let (moved, faster) = change(&model, &state, &alone.finish().unwrap());
+        assert!(
+            moved <= 1e-13 && faster <= 1e-12,
+            "{is_free}: {moved:e}, {faster:e}"
+        );
+    }
+}
+
+#[test]
+fn bodies_come_and_go_with_what_they_carry() {
+    let rod = generate::Rod::default();
+    let model = generate::tree(15, 2, &rod).unwrap();
+    let state = State::random(&model, 1);
+    let mut edit = model.edit(&state).unwrap();
+    // Of a binary tree the second body carries a side of seven.
+    edit.remove(BodyId(1)).unwrap();
+    let again = edit.remove(BodyId(1)).unwrap_err();
+    assert!(matches!(again, ModelError::NoSuchBody { .. }));
+    // Cut loose, what the removed one carried stays.
+    edit.cut(BodyId(4)).unwrap();
+    let ball = MassProperties::sphere(0.5, 0.1);
+    edit.add("ball", Some(BodyId(2)), Joint::spherical(), ball)
+        .unwrap();
+    let taken = edit.add("body-3", None, Joint::free(), ball).unwrap_err();
+    assert!(matches!(taken, ModelError::DuplicateName { .. }));
+    let edited = edit.finish().unwrap();
+    assert_eq!(edited.model.bodies().len(), 15 - 7 + 3 + 1);
+    assert_eq!(edited.bodies[1], None);
+    assert_eq!(edited.model.find("body-4"), edited.bodies[4]);
+    assert!(edited.model.find("body-9").is_some() && edited.model.find("body-7").is_none());
+    let ball = edited.model.find("ball").unwrap();
+    assert_eq!(edited.model.body(ball).unwrap().parent, edited.bodies[2]);
+    edited.state.check(&edited.model).unwrap();
+    let (moved, faster) = change(&model, &state, &edited);
+    assert!(moved <= 1e-14 && faster <= 1e-13, "{moved:e} {faster:e}");
+}
+
+#[test]
+fn impossible_changes_are_refused() {
+    let model = generate::random_chain(5, &generate::Rod::default(), 1).unwrap();
+    let state = State::neutral(&model);
+    let mut edit = model.edit(&state).unwrap();
+    edit.reattach(BodyId(1), Some(BodyId(3)), Joint::spherical())
+        .unwrap();
+    assert!(matches!(edit.finish(), Err(ModelError::Cycle { .. })));
+    let mut edit = model.edit(&state).unwrap();
+    edit.remove(BodyId(0)).unwrap();
+    assert!(matches!(edit.finish(), Err(ModelError::Empty { .. })));
+    let mut edit = model.edit(&state).unwrap();
+    assert!(edit.cut(BodyId(5)).is_err());
+    assert!(
+        edit.reattach(BodyId(1), None, Joint::revolute(DVec3::ZERO))
+            .is_err()
+    );
+    let mut short = state.clone();
+    short.q.pop();
+    assert!(model.edit(&short).is_err());
+}
+
+/// The chain that its own tip is attached to: order is made anew where parents came later.
+#[test]
+fn a_chain_turned_round_is_the_same_chain() {
+    let model = generate::random_chain(6, &generate::Rod::default(), 4).unwrap();
+    let state = State::random(&model, 2);
+    let mut edit = model.edit(&state).unwrap();
+    edit.cut(BodyId(3)).unwrap();
+    let mut halves = edit.finish().unwrap();
+    let mut edit = halves.model.edit(&halves.state).unwrap();
+    let root = halves.bodies[0].unwrap();
+    edit.reattach(root, halves.bodies[5], Joint::free())
+        .unwrap();
+    let turned = edit.finish().unwrap();
+    let (moved, faster) = change(&halves.model, &halves.state, &turned);
+    assert!(moved <= 1e-13 && faster <= 1e-12, "{moved:e} {faster:e}");
+    assert!(turned.bodies[0].unwrap() > turned.bodies[5].unwrap());
+    halves.bodies.clear();
+}

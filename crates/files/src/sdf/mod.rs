@@ -1,0 +1,109 @@
+//! SDFormat: the models of Gazebo and its kin.
+//!
+//! [`read`] and [`parse`] give an [`Import`]: every model of the file, or of its world, in one
+//! [`Model`], with its links' shapes, the joints that close loops, and a list of everything that has no
+//! effect. A body bears the name of its link; with several models in the file, `model::link`. A link
+//! that no joint carries moves freely; a `static` model becomes [`Frame`](vertebra_assembly::Frame)s
+//! of the world.
+//! Poses are resolved as SDFormat 1.7 and later have it: `relative_to`, `<frame>`s with `attached_to`,
+//! joints at the child link where they state nothing, axes `expressed_in` any frame. A link without
+//! `<inertial>` weighs 1 kg, as SDFormat says.
+//!
+//! ```
+//! use vertebra_files::sdf;
+//!
+//! let import = sdf::parse(
+//!     r#"<sdf version="1.9">
+//!          <model name="door">
+//!            <link name="leaf"><pose>0.5 0 1 0 0 0</pose></link>
+//!            <joint name="hinge" type="revolute">
+//!              <parent>world</parent><child>leaf</child>
+//!              <pose>-0.5 0 0 0 0 0</pose>
+//!              <axis><xyz>0 0 1</xyz></axis>
+//!            </joint>
+//!          </model>
+//!        </sdf>"#,
+//! )?;
+//! assert_eq!(import.model.dof_count(), 1);
+//! # Ok::<(), vertebra_files::FileError>(())
+//! ```
+
+mod build;
+mod frames;
+mod joint;
+mod link;
+mod values;
+
+pub use build::Closure;
+
+use crate::{FileError, Part, Problem, read_text};
+use std::collections::BTreeMap;
+use std::path::Path;
+use vertebra_assembly::xml::{self, Reader};
+use vertebra_assembly::{BodyId, Ignored, Model};
+
+/// What an SDF file says.
+#[derive(Clone, Debug)]
+pub struct Import {
+    /// Bodies, joints and frames.
+    pub model: Model,
+    /// Shapes of the links: those that collide, or those that are seen where none collides. Planes
+    /// and meshes in files of their own are not among them.
+    pub parts: Vec<Part>,
+    /// The body that each joint carries, by the joint's name.
+    pub joints: BTreeMap<String, BodyId>,
+    /// Joints that carry a link which another joint carries already.
+    pub closures: Vec<Closure>,
+    /// Elements that have no effect, in the order of their lines.
+    pub ignored: Vec<Ignored>,
+}
+
+/// Reads an SDF file.
+///
+/// # Errors
+/// [`FileError`], naming the file, line and element that is wrong and what to do.
+pub fn read(path: impl AsRef<Path>) -> Result<Import, FileError> {
+    let path = path.as_ref();
+    parse(&read_text(path)?).map_err(|error| error.in_file(path))
+}
+
+/// Reads SDF text.
+///
+/// # Errors
+/// [`FileError`], naming the line and element that is wrong and what to do.
+pub fn parse(text: &str) -> Result<Import, FileError> {
+    let document = xml::document(text)?;
+    let owners = &["sdf", "world", "model", "link", "joint", "frame"];
+    let mut reader = Reader::new(&document, owners);
+    let root = document.root_element();
+    if root.tag_name().name() != "sdf" {
+        let problem = Problem::WrongRoot {
+            format: "SDF",
+            expected: "sdf",
+            found: root.tag_name().name().to_owned(),
+        };
+        return Err(FileError::new(reader.location(root), problem));
+    }
+    let mut models = Vec::new();
+    let mut gravity = None;
+    let mut open = vec![root];
+    while let Some(node) = open.pop() {
+        for (tag, child) in reader.children(node)? {
+            match tag {
+                "world" if node == root => open.push(child),
+                "model" => models.push(child),
+                "gravity" if node != root => {
+                    gravity = Some(values::numbers::<3>(&reader, child, "gravity")?);
+                }
+                "include" => {
+                    let problem = Problem::NotExpanded {
+                        program: "gz sdf -p",
+                    };
+                    return Err(FileError::new(reader.location(child), problem));
+                }
+                _ => reader.ignore(child),
+            }
+        }
+    }
+    build::build(reader, root, &models, gravity.map(Into::into))
+}

@@ -1,0 +1,236 @@
+//! SDF files: placements against matrices composed by hand, and everything that is refused or listed.
+
+#![cfg(feature = "sdf")]
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use vertebra_assembly::{JointKind, Spring, State};
+use vertebra_dynamics::{Forces, Precision, Workspace, aba, forward_kinematics};
+use vertebra_files::Problem;
+use vertebra_files::sdf::{self, Import};
+
+const ROVER: &str = include_str!("data/rover.sdf");
+
+fn rover() -> Import {
+    sdf::parse(ROVER).unwrap()
+}
+
+fn at(x: f64, y: f64, z: f64) -> DAffine3 {
+    DAffine3::from_translation(DVec3::new(x, y, z))
+}
+
+#[test]
+fn bodies_stand_where_their_frames_say() {
+    let import = rover();
+    let model = &import.model;
+    let mut workspace = Workspace::new(model, Precision::F64);
+    forward_kinematics(model, &State::neutral(model), &mut workspace).unwrap();
+    let rover = at(0.0, 1.0, 0.5) * DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+    let chassis = rover * at(0.0, 0.0, 0.1);
+    let axle = chassis * at(0.3, 0.0, -0.1);
+    let wheel = axle * at(0.0, 0.3, 0.0) * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    let tilt = DAffine3::from_quat(DQuat::from_xyzw(0.0, 0.1, 0.0, 1.0).normalize());
+    let mast = chassis * at(0.1, 0.0, 0.6) * tilt;
+    for (name, expected) in [("chassis", chassis), ("wheel", wheel), ("mast", mast)] {
+        let id = model.find(&format!("rover::{name}")).unwrap();
+        let pose = workspace.pose(id).unwrap();
+        assert!(
+            (pose.translation - expected.translation).length() < 1e-14,
+            "{name}"
+        );
+        assert!(
+            (pose.matrix() - expected.matrix3).abs_diff_eq(DMat3::ZERO, 1e-14),
+            "{name}"
+        );
+    }
+    let frame = model.find_frame("rover::axle").unwrap();
+    assert_eq!(frame.body, model.find("rover::chassis"));
+    assert!((frame.placement.translation - DVec3::new(0.3, 0.0, -0.1)).length() < 1e-15);
+    let rock = model.find_frame("ground::rock").unwrap();
+    assert_eq!(
+        (rock.body, rock.placement.translation),
+        (None, DVec3::new(3.0, 0.0, 0.2))
+    );
+    assert_eq!(model.gravity(), DVec3::new(0.0, 0.0, -3.7));
+}
+
+#[test]
+fn joints_turn_about_the_axes_stated() {
+    let import = rover();
+    let model = &import.model;
+    let body = |name: &str| model.body(model.find(name).unwrap()).unwrap();
+    assert_eq!(body("rover::chassis").joint.kind, JointKind::Free);
+    // The model's y is the wheel's z, about which it rolls.
+    let wheel = body("rover::wheel");
+    let JointKind::Revolute { axis } = wheel.joint.kind else {
+        unreachable!("{:?}", wheel.joint.kind)
+    };
+    assert!((axis - DVec3::Z).length() < 1e-15, "{axis}");
+    let limits = wheel.joint.limits.unwrap();
+    assert_eq!((limits.position, limits.effort), (None, Some(20.0)));
+    assert_eq!((wheel.joint.damping, wheel.joint.friction), (0.1, 0.05));
+    // A cylinder of 400 kg/m^3.
+    let mass = 400.0 * std::f64::consts::PI * 0.15 * 0.15 * 0.08;
+    assert!((wheel.mass.mass - mass).abs() < 1e-14);
+    assert!((wheel.mass.inertia.z_axis.z - 0.5 * mass * 0.15 * 0.15).abs() < 1e-15);
+    // Nothing stated is a kilogram.
+    assert_eq!(body("rover::mast").mass.mass, 1.0);
+    assert_eq!(
+        body("rover::mast").joint.limits.unwrap().position,
+        Some([-0.5, 0.5])
+    );
+    assert_eq!(model.dof_count(), 6 + 1 + 2);
+    assert_eq!(
+        import.joints["rover::neck"],
+        model.find("rover::mast").unwrap()
+    );
+    let [stay] = &import.closures[..] else {
+        unreachable!("one joint closes a loop")
+    };
+    assert_eq!(
+        (stay.name.as_str(), stay.kind),
+        ("rover::stay", JointKind::Spherical)
+    );
+    assert_eq!(
+        (stay.parent, stay.child),
+        (model.find("rover::chassis"), model.find("rover::mast"))
+    );
+    assert!((stay.parent_place.translation - DVec3::new(0.1, 0.0, 0.6)).length() < 1e-15);
+    assert!(stay.child_place.translation.length() < 1e-15);
+    // A universal joint crosses at the neck, wherever it turns.
+    let mut state = State::neutral(model);
+    let mast = body("rover::mast");
+    let between = model.body(mast.parent.unwrap()).unwrap();
+    state.q[between.position_start] = 0.4;
+    state.q[mast.position_start] = -0.3;
+    let mut workspace = Workspace::new(model, Precision::F64);
+    forward_kinematics(model, &state, &mut workspace).unwrap();
+    let seen = workspace.pose(model.find("rover::mast").unwrap()).unwrap();
+    let chassis = workspace
+        .pose(model.find("rover::chassis").unwrap())
+        .unwrap();
+    let neck = chassis.transform_point(DVec3::new(0.1, 0.0, 0.1));
+    let on_mast = mast.joint.child_placement.translation;
+    assert!((seen.transform_point(on_mast) - neck).length() < 1e-14);
+    assert!(aba(model, &state, &Forces::none(model), &mut workspace).is_ok());
+}
+
+#[test]
+fn screws_and_springs() {
+    let text = |pitch: &str| {
+        model(&format!(
+            "<link name='b'/><joint name='j' type='screw'><parent>a</parent><child>b</child>{pitch}
+             <axis><xyz>1 0 0</xyz><dynamics><spring_stiffness>3</spring_stiffness>
+             <spring_reference>0.2</spring_reference></dynamics></axis></joint>"
+        ))
+    };
+    for (pitch, expected) in [
+        (
+            "<screw_thread_pitch>0.01</screw_thread_pitch>",
+            0.01 / std::f64::consts::TAU,
+        ),
+        ("<thread_pitch>-200</thread_pitch>", 0.005),
+    ] {
+        let import = sdf::parse(&text(pitch)).unwrap();
+        let nut = &import.model.bodies()[1].joint;
+        assert_eq!(
+            nut.kind,
+            JointKind::Screw {
+                axis: DVec3::X,
+                pitch: expected
+            }
+        );
+        assert_eq!(nut.spring, Some(Spring::at(3.0, 0.2)));
+    }
+}
+
+#[test]
+fn what_has_no_effect_is_listed() {
+    let import = rover();
+    let listed: Vec<String> = import.ignored.iter().map(ToString::to_string).collect();
+    assert_eq!(listed.len(), 2, "{listed:?}");
+    assert!(
+        listed[0].contains("<plane> of <geometry> of link `plane`"),
+        "{listed:?}"
+    );
+    assert!(
+        listed[1].contains("<plugin> of model `rover`"),
+        "{listed:?}"
+    );
+    assert_eq!(import.parts.len(), 3);
+}
+
+fn model(inside: &str) -> String {
+    format!("<sdf version='1.9'>\n<model name='m'>\n<link name='a'/>\n{inside}\n</model></sdf>")
+}
+
+#[test]
+fn mistakes_are_named_with_line_and_element() {
+    let refused = |text: &str, line: u32, words: &str| {
+        let error = sdf::parse(text).unwrap_err();
+        assert_eq!(error.location.line, Some(line), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+        error.problem
+    };
+    let joint = |kind: &str, inside: &str| {
+        model(&format!(
+            "<link name='b'/>\n<joint name='j' type='{kind}'>\n<parent>a</parent><child>b</child>\n{inside}</joint>"
+        ))
+    };
+    refused("<robot/>", 1, "<sdf>");
+    refused("<sdf version='1.9'/>", 1, "has no <model>");
+    refused(&model("<link name='a'/>"), 4, "taken already, on line 3");
+    refused(
+        &model("<model name='n'/>"),
+        4,
+        "may stand in <sdf> or a <world> only",
+    );
+    refused(&model("<include><uri>x</uri></include>"), 4, "gz sdf -p");
+    refused(
+        &model("<link name='b'><pose>0 0 0</pose></link>"),
+        4,
+        "has 3 numbers; it needs 6",
+    );
+    refused(
+        &model("<link name='b'><pose relative_to='c'/></link>"),
+        4,
+        "names the frame `c`",
+    );
+    refused(&joint("gearbox", ""), 5, "`gearbox` in `type`");
+    refused(
+        &joint("revolute", "<axis><xyz>0 0 0</xyz></axis>"),
+        7,
+        "states no rotation",
+    );
+    refused(
+        &joint("revolute", "<axis><xyz expressed_in='x'>1 0 0</xyz></axis>"),
+        5,
+        "frame `x`",
+    );
+    refused(
+        &model("<joint name='j' type='fixed'><parent>a</parent><child>b</child></joint>"),
+        4,
+        "names the frame `b`",
+    );
+    let box_of = |size: &str| {
+        model(&format!(
+            "<link name='b'><collision name='c'><geometry><box><size>{size}</size></box></geometry></collision></link>"
+        ))
+    };
+    refused(&box_of("1 -1 1"), 4, "a size [m] is -1");
+    let circle = "<frame name='f'><pose relative_to='g'/></frame>\n<frame name='g'><pose relative_to='f'/></frame>";
+    let problem = refused(&model(circle), 5, "refers to itself by way of `g`, `f`");
+    assert!(matches!(problem, Problem::Cycle { .. }));
+    let attached = "<frame name='f' attached_to='g'/>\n<frame name='g' attached_to='f'/>";
+    assert!(sdf::parse(&model(attached)).is_err());
+    let fixed =
+        "<sdf version='1.9'><model name='m'><static>true</static><link name='a'/></model></sdf>";
+    refused(fixed, 1, "nothing moves");
+    let circle = joint("revolute", "").replace(
+        "</model>",
+        "<joint name='k' type='revolute'><parent>b</parent><child>a</child></joint></model>",
+    );
+    refused(&circle, 3, "own ancestor");
+    let error = sdf::read("no/such.sdf").unwrap_err();
+    assert!(error.to_string().starts_with("no/such.sdf: "), "{error}");
+}
