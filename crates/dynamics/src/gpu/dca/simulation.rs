@@ -87,7 +87,7 @@ impl Simulation {
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
         let plan = Plan::new(model, schedule, &weights);
-        let tables = Tables::new(model, &plan, tree, options.sweeps);
+        let tables = Tables::new(model, &plan, options.sweeps);
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),

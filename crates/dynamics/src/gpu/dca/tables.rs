@@ -5,7 +5,6 @@
 //! memory, and nothing is padded.
 
 use super::layers::{Item, Layered, Record, Rounds, Width};
-use crate::Precision;
 use crate::dca::plan::{Inboard, Outboard, Parent, Part, Plan, Raked};
 use crate::link::Kind;
 use core::ops::Range;
@@ -59,7 +58,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    pub(super) fn new(model: &Model, plan: &Plan<f64>, tree: Precision, sweeps: usize) -> Self {
+    pub(super) fn new(model: &Model, plan: &Plan<f64>, sweeps: usize) -> Self {
         let order = Order::new(plan);
         let rakes = Rakes::new(plan, &order);
         let mut tables = Self {
@@ -113,19 +112,13 @@ impl Tables {
             ..tables.sizes
         };
         let mut rounds = rounds(plan, &order, &rakes);
-        let lanes = match tree {
-            Precision::F32 => WORK_LANES as usize,
-            _ => WORK_LANES as usize / 2,
-        };
         let work = Width {
-            lanes,
-            top: WORK_LANES as usize,
+            lanes: WORK_LANES as usize,
             join: TEAM as usize,
             rounds: WORK_ROUNDS,
         };
         let turn = Width {
             lanes: TURN_LANES as usize,
-            top: TURN_LANES as usize,
             join: 1,
             rounds: TURN_ROUNDS,
         };
