@@ -104,6 +104,7 @@ pub fn mesh_is_sound(mesh: &TriangleMesh) {
 mod tests {
     use super::*;
     use vertebra::assembly::urdf;
+    use vertebra::files;
 
     /// A seed that is refused leads the fuzzer nowhere.
     #[test]
@@ -129,6 +130,17 @@ mod tests {
         ))?);
         let robot = urdf::parse(include_str!("../seeds/urdf/arm.urdf"), &Default::default())?;
         model_is_sound(&robot.model);
+        let mechanism = include_str!("../seeds/mjcf/mechanism.xml");
+        model_is_sound(&files::mjcf::parse(mechanism, &Default::default())?.model);
+        model_is_sound(&files::sdf::parse(include_str!("../seeds/sdf/rover.sdf"))?.model);
+        let peptide = include_str!("../seeds/pdb/peptide.pdb");
+        model_is_sound(&files::pdb::parse_pdb(peptide, &Default::default())?.model);
+        let peptide = include_str!("../seeds/mmcif/peptide.cif");
+        model_is_sound(&files::pdb::parse_mmcif(peptide, &Default::default())?.model);
+        let walk = include_str!("../seeds/bvh/walk.bvh");
+        model_is_sound(&files::bvh::parse(walk, &Default::default())?.model);
+        let locks = files::strands::parse(include_str!("../seeds/strands/locks.strands"))?;
+        model_is_sound(&locks.build(&Joint::spherical(), None)?);
         model_is_sound(&serde_json::from_str(include_str!(
             "../seeds/model_json/arm.json"
         ))?);

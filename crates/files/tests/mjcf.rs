@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
 use vertebra_assembly::xml::XmlProblem;
 use vertebra_assembly::{JointKind, Model, State};
-use vertebra_dynamics::{Forces, Precision, Workspace, aba, forward_kinematics};
+use vertebra_dynamics::{Elements, Forces, Precision, Workspace, aba, forward_kinematics};
 use vertebra_files::mjcf::{self, Drive, Options, Robot};
 use vertebra_files::{FileError, Problem, Shape, TriangleSoup};
 use vertebra_spatial::Pose;
@@ -46,8 +46,8 @@ fn case(model: &Model, gold: &Value, case: &Value) -> Case {
         .iter()
         .filter(|body| body.joint.kind != JointKind::Fixed);
     for (body, joint) in movable.zip(gold["joints"].as_array().unwrap()) {
-        let from = joint["qadr"].as_u64().unwrap() as usize;
-        let dof = joint["vadr"].as_u64().unwrap() as usize;
+        let from = usize::try_from(joint["qadr"].as_u64().unwrap()).unwrap();
+        let dof = usize::try_from(joint["vadr"].as_u64().unwrap()).unwrap();
         let quaternion = |at: usize| DQuat::from_xyzw(q[at + 1], q[at + 2], q[at + 3], q[at]);
         let vector = |list: &[f64], at: usize| DVec3::from_slice(&list[at..at + 3]);
         let (ours, dofs) = (body.position_range(), body.dof_range());
@@ -113,7 +113,9 @@ fn agrees(text: &str, gold: &str) {
             let apart = pose.translation - DVec3::from_slice(&numbers(position));
             assert!(apart.length() < 1e-12, "{name} is {apart} away");
         }
-        let qdd = aba(model, &case.state, &case.forces, &mut workspace).unwrap();
+        let mut elements = Elements::new(model);
+        let loaded = elements.load(&case.state, &case.forces, 0.0).unwrap();
+        let qdd = aba(model, &case.state, loaded, &mut workspace).unwrap();
         let largest = case.qdd.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         for (index, (ours, theirs)) in qdd.iter().zip(&case.qdd).enumerate() {
             let apart = (ours - theirs).abs() / largest;

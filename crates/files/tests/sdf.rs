@@ -4,7 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use vertebra_assembly::{JointKind, State};
+use vertebra_assembly::{JointKind, Spring, State};
 use vertebra_dynamics::{Forces, Precision, Workspace, aba, forward_kinematics};
 use vertebra_files::Problem;
 use vertebra_files::sdf::{self, Import};
@@ -116,11 +116,43 @@ fn joints_turn_about_the_axes_stated() {
 }
 
 #[test]
+fn screws_and_springs() {
+    let text = |pitch: &str| {
+        model(&format!(
+            "<link name='b'/><joint name='j' type='screw'><parent>a</parent><child>b</child>{pitch}
+             <axis><xyz>1 0 0</xyz><dynamics><spring_stiffness>3</spring_stiffness>
+             <spring_reference>0.2</spring_reference></dynamics></axis></joint>"
+        ))
+    };
+    for (pitch, expected) in [
+        (
+            "<screw_thread_pitch>0.01</screw_thread_pitch>",
+            0.01 / std::f64::consts::TAU,
+        ),
+        ("<thread_pitch>-200</thread_pitch>", 0.005),
+    ] {
+        let import = sdf::parse(&text(pitch)).unwrap();
+        let nut = &import.model.bodies()[1].joint;
+        assert_eq!(
+            nut.kind,
+            JointKind::Screw {
+                axis: DVec3::X,
+                pitch: expected
+            }
+        );
+        assert_eq!(nut.spring, Some(Spring::at(3.0, 0.2)));
+    }
+}
+
+#[test]
 fn what_has_no_effect_is_listed() {
     let import = rover();
     let listed: Vec<String> = import.ignored.iter().map(ToString::to_string).collect();
     assert_eq!(listed.len(), 2, "{listed:?}");
-    assert!(listed[0].contains("<plane> of link `plane`"), "{listed:?}");
+    assert!(
+        listed[0].contains("<plane> of <geometry> of link `plane`"),
+        "{listed:?}"
+    );
     assert!(
         listed[1].contains("<plugin> of model `rover`"),
         "{listed:?}"
@@ -187,7 +219,7 @@ fn mistakes_are_named_with_line_and_element() {
     };
     refused(&box_of("1 -1 1"), 4, "a size [m] is -1");
     let circle = "<frame name='f'><pose relative_to='g'/></frame>\n<frame name='g'><pose relative_to='f'/></frame>";
-    let problem = refused(&model(circle), 4, "refers to itself by way of `f`, `g`");
+    let problem = refused(&model(circle), 5, "refers to itself by way of `g`, `f`");
     assert!(matches!(problem, Problem::Cycle { .. }));
     let attached = "<frame name='f' attached_to='g'/>\n<frame name='g' attached_to='f'/>";
     assert!(sdf::parse(&model(attached)).is_err());

@@ -1,7 +1,5 @@
 //! Strands: text, chains along polylines, and everything that is refused.
 
-#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use glam::DVec3;
 use vertebra_assembly::{Joint, Random, State};
 use vertebra_dynamics::{Precision, Workspace, forward_kinematics};

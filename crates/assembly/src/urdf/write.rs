@@ -197,21 +197,27 @@ fn write_joint(
         JointKind::Spherical => return other("spherical"),
         JointKind::Screw { .. } => return other("screw"),
     };
+    let never = [
+        (joint.armature != 0.0, "the armature"),
+        (joint.spring.is_some(), "the spring"),
+        (joint.stop != Stop::HARD, "the stop"),
+    ];
+    let with_axis = [
+        (joint.limits.is_some(), "limits"),
+        (joint.damping != 0.0, "damping"),
+        (joint.friction != 0.0, "friction"),
+        (joint.mimic.is_some(), "the mimic"),
+    ];
+    let with_axis = with_axis.iter().filter(|_| axis.is_none());
+    if let Some(&(_, property)) = never.iter().chain(with_axis).find(|(has, _)| *has) {
+        return Err(WriteError::Property {
+            body: named(),
+            property,
+        });
+    }
     open_joint(text, &body.name, kind, parent)?;
     write_origin(text, &joint.parent_placement);
     let Some(axis) = axis else {
-        let property = [
-            (joint.limits.is_some(), "limits"),
-            (joint.damping != 0.0, "damping"),
-            (joint.friction != 0.0, "friction"),
-            (joint.mimic.is_some(), "the mimic"),
-        ];
-        if let Some(&(_, property)) = property.iter().find(|(has, _)| *has) {
-            return Err(WriteError::Property {
-                body: named(),
-                property,
-            });
-        }
         text.push_str("  </joint>\n");
         return Ok(());
     };

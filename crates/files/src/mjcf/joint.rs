@@ -3,9 +3,9 @@
 use super::Sections;
 use super::body::Placed;
 use crate::{FileError, Problem};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use vertebra_assembly::xml::{Reader, XmlProblem};
-use vertebra_assembly::{Joint, JointKind, JointLimits};
+use vertebra_assembly::{Joint, JointKind, JointLimits, Spring};
 use vertebra_spatial::Pose;
 
 /// A joint as the file states it.
@@ -43,6 +43,9 @@ pub(super) fn read<'n, 'a>(
         "limited",
         "damping",
         "frictionloss",
+        "armature",
+        "stiffness",
+        "springref",
         "ref",
     ];
     reader.ignore_attributes_but(node, &known);
@@ -82,10 +85,19 @@ pub(super) fn read<'n, 'a>(
     }
     joint.damping = element.number(reader, "damping")?.unwrap_or(0.0);
     joint.friction = element.number(reader, "frictionloss")?.unwrap_or(0.0);
+    joint.armature = element.number(reader, "armature")?.unwrap_or(0.0);
+    let reference = element.number(reader, "ref")?.unwrap_or(0.0);
+    let stiffness = element.number(reader, "stiffness")?.unwrap_or(0.0);
+    if stiffness != 0.0 {
+        let rest = element.number(reader, "springref")?.unwrap_or(0.0);
+        joint.spring = Some(match kind {
+            JointKind::Spherical => Spring::turned(stiffness, DQuat::IDENTITY),
+            _ => Spring::at(stiffness, (rest - reference) * unit),
+        });
+    }
     let range = element.numbers::<2>(reader, "range")?;
     let automatic = sections.compiler.auto_limits && range.is_some();
     if element.flag(reader, "limited", automatic)? {
-        let reference = element.number(reader, "ref")?.unwrap_or(0.0);
         let range = range.unwrap_or_default();
         match kind {
             // The cone of a ball joint is no range of one number.

@@ -18,6 +18,9 @@
 //! balls ([`Options::atom_radius`]) and named in [`Protein::thickened`]. Only the first model of a file,
 //! and the first of alternative locations, count; waters, ligands and residues that are not amino acids
 //! are listed in [`Protein::left_out`]. There is no gravity. All in SI units.
+//!
+//! Files are parsed by `pdbtbx`, which panics on some damaged ones; that is caught and becomes an error
+//! where panics unwind.
 
 mod chain;
 mod residue;
@@ -158,14 +161,45 @@ fn parse(text: &str, format: Format, options: &Options) -> Result<Protein, FileE
             return Err(FileError::on_line(0, "the structure", problem));
         }
     }
-    let read = ReadOptions::new()
-        .set_format(format)
-        .set_level(StrictnessLevel::Loose)
-        .set_only_first_model(true)
-        .read_raw(BufReader::new(text.as_bytes()));
+    check_characters(text)?;
+    let read = || {
+        ReadOptions::new()
+            .set_format(format)
+            .set_level(StrictnessLevel::Loose)
+            .set_only_first_model(true)
+            .read_raw(BufReader::new(text.as_bytes()))
+    };
+    // The parser panics on fields it does not expect to be empty or absent.
+    let read = std::panic::catch_unwind(read).map_err(|panic| gave_up(panic.as_ref()))?;
     let (structure, _) = read.map_err(|errors| refused(&errors))?;
     let (chains, left_out) = residue::sort(&structure);
     chain::build(&chains, left_out, options)
+}
+
+/// Both formats are printable ASCII.
+fn check_characters(text: &str) -> Result<(), FileError> {
+    for (number, line) in (1..).zip(text.lines()) {
+        let is_foreign = |c: &char| !(c.is_ascii_graphic() || matches!(c, ' ' | '\t'));
+        if let Some(found) = line.chars().find(is_foreign) {
+            let problem = Problem::Syntax {
+                expected: "printable ASCII",
+                found: format!("the character {found:?}"),
+            };
+            return Err(FileError::on_line(number, "the structure", problem));
+        }
+    }
+    Ok(())
+}
+
+/// What the parser said as it panicked.
+fn gave_up(panic: &(dyn core::any::Any + Send)) -> FileError {
+    let said = panic.downcast_ref::<String>().map(String::as_str);
+    let said = said.or_else(|| panic.downcast_ref::<&str>().copied());
+    let problem = Problem::Refused {
+        reason: "a record is not what its parser expects, check for empty fields".to_owned(),
+        detail: said.unwrap_or("no reason is given").to_owned(),
+    };
+    FileError::on_line(0, "the structure", problem)
 }
 
 /// The first error that made the parser give up.

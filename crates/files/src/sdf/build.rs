@@ -448,6 +448,13 @@ impl Read<'_, '_> {
             Kind::Ball => (JointKind::Spherical, None),
             Kind::Revolute => (JointKind::Revolute { axis: axis(first)? }, None),
             Kind::Prismatic => (JointKind::Prismatic { axis: axis(first)? }, None),
+            Kind::Screw(pitch) => (
+                JointKind::Screw {
+                    axis: axis(first)?,
+                    pitch,
+                },
+                None,
+            ),
             Kind::TwoHinges => (
                 JointKind::Revolute { axis: axis(first)? },
                 Some(JointKind::Revolute {
@@ -464,6 +471,7 @@ fn made(kind: JointKind, axis: &Axis<'_>) -> assembly::Joint {
         limits: axis.limits,
         damping: axis.damping,
         friction: axis.friction,
+        spring: axis.spring,
         ..assembly::Joint::new(kind)
     }
 }

@@ -3,8 +3,8 @@
 use super::values::{self, Stated, bound, number, numbers, text};
 use crate::{FileError, Problem};
 use glam::DVec3;
-use vertebra_assembly::JointLimits;
 use vertebra_assembly::xml::{Node, Reader, XmlProblem};
+use vertebra_assembly::{JointLimits, Spring};
 
 /// The types that are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub(super) enum Kind {
     Revolute,
     Prismatic,
     Ball,
+    /// A nut that goes so far a radian [m/rad].
+    Screw(f64),
     /// Two hinges, one behind the other.
     TwoHinges,
 }
@@ -24,6 +26,7 @@ pub(super) struct Axis<'n> {
     pub(super) limits: Option<JointLimits>,
     pub(super) damping: f64,
     pub(super) friction: f64,
+    pub(super) spring: Option<Spring>,
 }
 
 /// A joint as the file states it.
@@ -43,23 +46,52 @@ pub(super) fn read<'n, 'a>(
     node: Node<'n, 'a>,
 ) -> Result<Joint<'n, 'a>, FileError> {
     let name = reader.text(node, "name")?;
-    let kind = match reader.text(node, "type")? {
+    let mut kind = match reader.text(node, "type")? {
         "fixed" => Kind::Fixed,
         "revolute" | "continuous" => Kind::Revolute,
         "prismatic" => Kind::Prismatic,
         "ball" => Kind::Ball,
+        "screw" => Kind::Screw(core::f64::consts::TAU.recip()),
         "universal" | "revolute2" => Kind::TwoHinges,
         other => {
             let problem = Problem::UnknownValue {
                 attribute: "type",
                 found: other.to_owned(),
-                supported: "fixed, revolute, continuous, prismatic, ball, universal or revolute2",
+                supported: "fixed, revolute, continuous, prismatic, ball, screw, universal or revolute2",
             };
             return Err(FileError::new(reader.location(node), problem));
         }
     };
-    let names = ["pose", "parent", "child", "axis", "axis2"];
-    let [pose, parent, child, axis, axis2] = reader.only(node, names)?;
+    let names = [
+        "pose",
+        "parent",
+        "child",
+        "axis",
+        "axis2",
+        "screw_thread_pitch",
+        "thread_pitch",
+    ];
+    let [pose, parent, child, axis, axis2, pitch, threads] = reader.only(node, names)?;
+    if let Kind::Screw(pitch_of_radian) = &mut kind {
+        // Metres a turn; or, as it was first, radians a metre of a left-handed thread.
+        if let Some(pitch) = number(reader, pitch, "screw_thread_pitch")? {
+            *pitch_of_radian = pitch / core::f64::consts::TAU;
+        } else if let Some(threads) = number(reader, threads, "thread_pitch")? {
+            *pitch_of_radian = -threads.recip();
+        }
+        if !pitch_of_radian.is_finite() {
+            let problem = Problem::OutOfRange {
+                quantity: "`thread_pitch`",
+                value: 0.0,
+                requirement: "other than zero",
+            };
+            return Err(FileError::new(reader.location(node), problem));
+        }
+    } else {
+        for node in [pitch, threads].into_iter().flatten() {
+            reader.ignore(node);
+        }
+    }
     let parent = text(
         reader,
         reader.needed(node, "parent", parent)?,
@@ -72,7 +104,7 @@ pub(super) fn read<'n, 'a>(
     )?;
     let wanted = match kind {
         Kind::Fixed | Kind::Ball => [false, false],
-        Kind::Revolute | Kind::Prismatic => [true, false],
+        Kind::Revolute | Kind::Prismatic | Kind::Screw(_) => [true, false],
         Kind::TwoHinges => [true, true],
     };
     let mut read_axis = |wanted: bool, node: Option<Node<'n, 'a>>| match (wanted, node) {
@@ -106,6 +138,7 @@ fn read_axis<'n, 'a>(
         limits: None,
         damping: 0.0,
         friction: 0.0,
+        spring: None,
     };
     let Some(node) = node else {
         return Ok(axis);
@@ -145,7 +178,16 @@ fn read_axis<'n, 'a>(
         axis.limits = states.then_some(limits);
     }
     if let Some(dynamics) = dynamics {
-        let [damping, friction] = reader.only(dynamics, ["damping", "friction"])?;
+        let names = [
+            "damping",
+            "friction",
+            "spring_stiffness",
+            "spring_reference",
+        ];
+        let [damping, friction, stiffness, rest] = reader.only(dynamics, names)?;
+        let stiffness = number(reader, stiffness, "spring_stiffness")?.unwrap_or(0.0);
+        let rest = number(reader, rest, "spring_reference")?.unwrap_or(0.0);
+        axis.spring = (stiffness != 0.0).then(|| Spring::at(stiffness, rest));
         axis.damping = number(reader, damping, "damping")?.unwrap_or(0.0);
         axis.friction = number(reader, friction, "friction")?.unwrap_or(0.0);
     }

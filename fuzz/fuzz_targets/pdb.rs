@@ -1,0 +1,11 @@
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use vertebra::files::pdb::{Options, parse_pdb};
+use vertebra_fuzz::model_is_sound;
+
+fuzz_target!(|text: &str| {
+    if let Ok(protein) = parse_pdb(text, &Options::default()) {
+        model_is_sound(&protein.model);
+    }
+});
