@@ -3,7 +3,7 @@
 use super::host::{self, Host};
 #[cfg(feature = "gpu")]
 use super::remote::Remote;
-use crate::{Choice, Device, Error, Precision, Solver, SolverOptions, Workspace};
+use crate::{Choice, Device, Error, Solver, SolverOptions, Workspace};
 use vertebra_assembly::Model;
 
 /// Where steps are taken.
@@ -62,7 +62,9 @@ impl Runs {
         match self {
             Self::Host(host) => host::workspace(&mut host.solver, model, other),
             #[cfg(feature = "gpu")]
-            Self::Gpu(_) => other.get_or_insert_with(|| Workspace::new(model, Precision::F64)),
+            Self::Gpu(_) => {
+                other.get_or_insert_with(|| Workspace::new(model, crate::Precision::F64))
+            }
         }
     }
 }
