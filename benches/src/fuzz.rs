@@ -1,7 +1,7 @@
 //! `fuzz`: whatever a model is, what comes back is a number or an error that says why.
 //!
-//! Models are made as unreasonable as the builder lets through ([`wild`]), and everything that can be
-//! asked of one is asked of each ([`ask`]). What is looked for are numbers that are none, and panics;
+//! Models are made as unreasonable as the builder lets through (`wild.rs`), and everything that can be
+//! asked of one is asked of each (`ask.rs`). What is looked for are numbers that are none, and panics;
 //! whether the numbers are right is what the suite and `accuracy` are for.
 
 mod ask;
