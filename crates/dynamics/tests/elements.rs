@@ -201,6 +201,20 @@ fn a_joint_outside_its_range_is_brought_back_gently() {
     assert!(q <= 0.5 + 1e-6, "{q}");
 }
 
+/// A range without width is a lock.
+#[test]
+fn a_range_of_one_position_is_held() {
+    let mut simulation = started(&single(slide().with_range(0.25, 0.25)), 0.25, 0.0);
+    for push in [5.0, -7.0] {
+        simulation.forces_mut().joint[0] = push;
+        for _ in 0..200 {
+            simulation.step(1e-3).unwrap();
+            let q = simulation.state().unwrap().q[0];
+            assert!((q - 0.25).abs() <= 1e-11, "{q}");
+        }
+    }
+}
+
 /// A mass pressed onto a soft stop comes to rest where k x = F.
 #[test]
 fn soft_stops_give_way_by_their_stiffness() {

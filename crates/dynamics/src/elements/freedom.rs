@@ -180,7 +180,10 @@ impl Freedom {
                 (sign * slope * bound, slope)
             }
         };
-        let (least, most, open) = if is_upper {
+        // A range without width holds from both sides.
+        let (least, most, open) = if upper == lower {
+            (f64::NEG_INFINITY, f64::INFINITY, Part::Slope)
+        } else if is_upper {
             (f64::NEG_INFINITY, 0.0, Part::Most)
         } else {
             (0.0, f64::INFINITY, Part::Least)
