@@ -13,7 +13,7 @@ const PROJECTIONS: usize = 12;
 
 /// Violation of positions over the loop's size that a step may leave where rounding or a singular
 /// position keeps it from vanishing.
-const ACCEPTED: f64 = 8e-9;
+const ACCEPTED: f64 = 1e-9;
 
 /// The largest displacement of one iteration, in radians and the model's lengths: beyond, Newton's method is at
 /// home nowhere.
