@@ -287,8 +287,9 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 78] = [
+const METHODS: [&str; 79] = [
     "aba",
+    "aba-derivatives",
     "aba-refined",
     "aba-refined-2",
     "build",
