@@ -5,6 +5,7 @@ mod engine;
 mod layers;
 mod limits;
 mod options;
+mod order;
 mod poses;
 mod scalar;
 mod simulation;
