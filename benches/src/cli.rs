@@ -82,10 +82,10 @@ The exit status is 1 when something could not be measured or written, or got wor
 /// Options of `bench`.
 #[derive(Args, Debug)]
 pub struct BenchArgs {
-    /// Scenarios to measure: `dynamics`, `needs`, `chunks`, `batch`, `collision`, `collision-queries`,
-    /// `collision-error`, `collision-scaling`, `gpu`. All by default, `gpu` where there is a real one; none of them when you name files of
-    /// your own.
-    #[arg(value_parser = ["dynamics", "needs", "chunks", "batch", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
+    /// Scenarios to measure: `dynamics`, `needs`, `chunks`, `joints`, `batch`, `loops`, `collision`,
+    /// `collision-queries`, `collision-error`, `collision-scaling`, `gpu`. All by default, `gpu` where there is a real one;
+    /// none of them when you name files of your own.
+    #[arg(value_parser = ["dynamics", "needs", "chunks", "joints", "batch", "loops", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]

@@ -15,8 +15,9 @@ pub mod rounds;
 use crate::cli::PeersArgs;
 use crate::interrupt::Interrupt;
 use crate::measure::Timing;
+use crate::plot::plots;
 use crate::progress::Progress;
-use crate::results::write_atomically;
+use crate::results::{write_atomically, write_plots};
 use crate::row::Row;
 use crate::run::Outcome;
 use anyhow::Context;
@@ -114,6 +115,11 @@ pub fn peers(arguments: &PeersArgs) -> anyhow::Result<Outcome> {
             .out
             .join(format!("peers-{}.{ending}", arguments.what));
         write_atomically(&path, text.as_bytes())?;
+        println!("wrote {}", path.display());
+    }
+    let rows: Vec<Row> = measured.iter().map(|judged| judged.row.clone()).collect();
+    let folder = arguments.out.join(format!("peers-{}", arguments.what));
+    for path in write_plots(&folder, &plots(&rows))? {
         println!("wrote {}", path.display());
     }
     Ok(if interrupt.requested() {

@@ -9,8 +9,8 @@ use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
 use crate::scenario::{
-    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, meshes,
-    model, needs, queries, scaling,
+    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints,
+    loops, meshes, model, needs, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -143,7 +143,9 @@ struct Subjects {
     models: Vec<model::Subject>,
     needs: Vec<model::Subject>,
     lengths: Option<chunks::Subject>,
+    joints: Option<joints::Subject>,
     batches: Vec<batch::Subject>,
+    loops: Vec<loops::Subject>,
     gpu_batches: Option<batch_gpu::Subject>,
     meshes: Vec<meshes::Subject>,
     queries: Option<queries::Subject>,
@@ -172,8 +174,18 @@ impl Subjects {
             } else {
                 None
             },
+            joints: if arguments.wants(joints::NAME) && arguments.wants_backend("cpu") {
+                Some(joints::Subject::new(arguments.seed)?)
+            } else {
+                None
+            },
             batches: if arguments.wants(batch::NAME) && arguments.wants_backend("cpu") {
                 batch::subjects(&selection)?
+            } else {
+                Vec::new()
+            },
+            loops: if arguments.wants(loops::NAME) && arguments.wants_backend("cpu") {
+                loops::subjects(&selection)?
             } else {
                 Vec::new()
             },
@@ -226,7 +238,13 @@ impl Subjects {
         if let Some(subject) = &self.lengths {
             list.extend(subject.measurements(selection));
         }
+        if let Some(subject) = &self.joints {
+            list.extend(subject.measurements(selection));
+        }
         for subject in &self.batches {
+            list.extend(subject.measurements(selection));
+        }
+        for subject in &self.loops {
             list.extend(subject.measurements(selection));
         }
         if let Some(subject) = &self.gpu_batches {
@@ -298,7 +316,12 @@ fn models(arguments: &BenchArgs) -> anyhow::Result<Vec<model::Subject>> {
         let robot = urdf::read(path, &options)?;
         print_robot(&robot);
         let name = format!("model {}", robot.model.name());
-        subjects.push(model::Subject::new(&name, robot.model, arguments.seed));
+        // What is in its joints is left out: other programs' rows have none of it either.
+        subjects.push(model::Subject::new(
+            &name,
+            robot.model.bare(),
+            arguments.seed,
+        ));
     }
     if arguments.wants(chain::NAME) {
         subjects.extend(chain::subjects(&arguments.selection())?);

@@ -9,6 +9,7 @@ pub mod gold_chains;
 pub mod gold_meshes;
 pub mod gold_robots;
 pub mod gpu;
+pub mod loops;
 pub mod seeds;
 pub mod solver;
 pub mod trees;
@@ -95,6 +96,7 @@ pub const OTHERS: &[(&str, Check)] = &[
     ("aba_against_crba", trees::aba_against_crba),
     ("forward_errors", seeds::forward_errors),
     ("mesh_pairs", gold_meshes::pairs),
+    ("loop_violations", loops::violations),
     ("no_nan", crate::fuzz::no_nan),
 ];
 

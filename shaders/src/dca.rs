@@ -117,18 +117,19 @@ pub mod item {
 /// Words of a join in a table of rounds.
 pub const RECORD: u32 = 8;
 
-/// Lanes of a workgroup that goes through rounds of dynamics, at most: joins in f64 have memory for half.
+/// Lanes of a workgroup that goes through rounds of joins.
 pub const WORK_LANES: u32 = 256;
 /// Lanes that share a join there.
 pub const TEAM: u32 = 16;
 /// Lanes of a workgroup that goes through rounds of kinematics.
 pub const TURN_LANES: u32 = 256;
 
-/// Lanes of a workgroup of chunks.
+/// Lanes of a workgroup of chunks, and of one that goes through rounds of any kind: these take registers.
 const CHUNK_LANES: u32 = 32;
+const MIXED_LANES: u32 = 128;
 
 /// Numbers of workgroup memory that a join takes.
-const JOIN_MEMORY: u32 = 92 + 92 + 80;
+const JOIN_MEMORY: u32 = 92 + 92;
 
 macro_rules! part {
     ($name:literal) => {
@@ -254,21 +255,21 @@ impl Dca {
     /// Rounds of joins alone, in the precision of the tree.
     #[must_use]
     pub fn join_parts(self) -> Kernel {
-        let kernel = self.joining("join_parts", self.tree);
+        let kernel = self.joining("join_parts", self.tree, WORK_LANES);
         kernel.with(part!("join_parts"))
     }
 
     /// Rounds of joins alone in a correction, in the precision of the tree.
     #[must_use]
     pub fn rejoin_parts(self) -> Kernel {
-        let kernel = self.rejoining("rejoin_parts", self.tree);
+        let kernel = self.rejoining("rejoin_parts", self.tree, WORK_LANES);
         kernel.with(part!("join_parts"))
     }
 
     /// Rounds of any kind, joins too computed in the precision of the chunks.
     #[must_use]
     pub fn work_parts(self, advance: Advance) -> Kernel {
-        let kernel = self.with_chunks(self.joining("work_parts", self.chunks));
+        let kernel = self.with_chunks(self.joining("work_parts", self.chunks, MIXED_LANES));
         let kernel = kernel.with(part!("work_parts")).with(part!("rakes_onto"));
         advancing(kernel, advance)
     }
@@ -276,7 +277,7 @@ impl Dca {
     /// Rounds of any kind in a correction, joins too computed in the precision of the chunks.
     #[must_use]
     pub fn rework_parts(self, advance: Advance) -> Kernel {
-        let kernel = self.with_chunks(self.rejoining("rework_parts", self.chunks));
+        let kernel = self.with_chunks(self.rejoining("rework_parts", self.chunks, MIXED_LANES));
         let leaf = if self.leaves {
             part!("reassemble_leaf")
         } else {
@@ -405,29 +406,24 @@ impl Dca {
     }
 
     /// Rounds whose joins are put together.
-    fn joining(self, name: &'static str, precision: Precision) -> Kernel {
-        let joins = work_lanes(precision) / TEAM;
-        self.teams(name, precision)
+    fn joining(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
+        let joins = lanes / TEAM;
+        self.teams(name, precision, lanes)
             .with(part!("join_team"))
             .constant("COARSER", self.coarser())
             .workgroup_memory_of(joins * JOIN_MEMORY * precision.bytes())
     }
 
     /// Rounds whose joins are corrected.
-    fn rejoining(self, name: &'static str, precision: Precision) -> Kernel {
-        self.teams(name, precision)
+    fn rejoining(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
+        self.teams(name, precision, lanes)
             .with(part!("rejoin_team"))
             .with(part!("change"))
     }
 
     /// Rounds, joins of which teams of lanes take.
-    fn teams(self, name: &'static str, precision: Precision) -> Kernel {
-        let lanes = match precision {
-            Precision::F32 => part!("lanes_256"),
-            Precision::F64 => part!("lanes_128"),
-        };
-        self.dynamics(name, precision, work_lanes(precision))
-            .with(lanes)
+    fn teams(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
+        self.dynamics(name, precision, lanes)
             .with(part!("part_team"))
             .with(part!("rounds"))
             .with(part!("teams"))
@@ -447,14 +443,6 @@ impl Dca {
             .stride("state", self.chunks.bytes())
             .stride("scratch", 4 * self.chunks.bytes())
             .requires(self.chunks.features() | self.tree.features())
-    }
-}
-
-/// Lanes that workgroup memory suffices for.
-const fn work_lanes(precision: Precision) -> u32 {
-    match precision {
-        Precision::F32 => WORK_LANES,
-        Precision::F64 => WORK_LANES / 2,
     }
 }
 

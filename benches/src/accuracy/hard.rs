@@ -218,7 +218,7 @@ impl Hard {
             Self::Gimbal(short) if short < 1e-4 => [f64::INFINITY; 2],
             Self::Gimbal(_) => [1e8, 1.0],
             Self::DuplicateAxes => [1e6, 4.0],
-            Self::Lengths => [1e9; 2],
+            Self::Lengths => [4e9; 2],
             _ => [1.0; 2],
         }
     }

@@ -29,7 +29,7 @@ pub(super) fn of(entries: &[Entry]) -> Vec<Plot> {
             &format!("error-against-bodies-{shape}-{}", pattern.replace(' ', "-")),
             &Curves {
                 title: format!("{shape}, {pattern}: error against the number of bodies"),
-                horizontal: ("bodies".to_owned(), Unit::Number),
+                horizontal: ("bodies".to_owned(), Unit::Count),
                 ..frame(entries)
             }
             .with(curves),
@@ -68,7 +68,13 @@ impl Curves {
 }
 
 fn frame(entries: &[Entry]) -> Curves {
-    let seeds = entries.iter().map(|entry| entry.seeds).max().unwrap_or(0);
+    let seeds = || entries.iter().map(|entry| entry.seeds);
+    let [least, most] = [seeds().min(), seeds().max()].map(Option::unwrap_or_default);
+    let seeds = if least == most {
+        most.to_string()
+    } else {
+        format!("{least} to {most}")
+    };
     Curves {
         title: String::new(),
         subtitle: format!("Medians of {seeds} seeds, against the reference precision"),

@@ -102,6 +102,11 @@ fn order(run: &Run, runs: &[&Run]) -> Option<f64> {
     Some(libm::log2(errors[0]? / errors[1]?))
 }
 
+/// The error of a trajectory that is still one.
+fn small(run: &Run) -> Option<f64> {
+    run.trajectory_error.filter(|error| *error < 1.0)
+}
+
 /// Convergence, work against precision, energy against the step, and drift.
 fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
     let slug = scene.replace(' ', "-");
@@ -120,7 +125,7 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
     let step = |run: &Run| 1.0 / f64::from(run.steps_per_second);
     let number = |title: &str| (title.to_owned(), Unit::Number);
     let time = |title: &str| (title.to_owned(), Unit::Seconds);
-    let remark = "Runs that ended early have no point.".to_owned();
+    let remark = "Runs that ended early and errors of 1 or more have no point.".to_owned();
     let trajectory = "error of the positions after 1 s [m or rad]";
     let energy = "largest energy error, over the largest kinetic energy";
     let figures = [
@@ -132,9 +137,7 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 vertical: number(trajectory),
                 horizontal: time("step"),
                 remark: remark.clone(),
-                curves: curves(|run| {
-                    Some((1.0 / f64::from(run.steps_per_second), run.trajectory_error?))
-                }),
+                curves: curves(|run| Some((1.0 / f64::from(run.steps_per_second), small(run)?))),
             },
         ),
         (
@@ -145,7 +148,7 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 vertical: time("time of a simulated second"),
                 horizontal: number(trajectory),
                 remark: remark.clone(),
-                curves: curves(|run| Some((run.trajectory_error?, run.time_per_second?))),
+                curves: curves(|run| Some((small(run)?, run.time_per_second?))),
             },
         ),
         (

@@ -1,6 +1,6 @@
 //! Named curves of one figure over another, both logarithmic: what is no benchmark row.
 
-use super::axis::{LogAxis, power_label, seconds_label};
+use super::axis::{LogAxis, count_label, power_label, seconds_label};
 use super::figure::Figure;
 use super::frame::{Frame, HEIGHT, Legend, Titles};
 use super::series::{Series, nth_look};
@@ -22,6 +22,8 @@ pub struct Curve {
 pub enum Unit {
     /// Powers of ten.
     Number,
+    /// Counts.
+    Count,
     /// Times \[s\].
     Seconds,
 }
@@ -30,6 +32,7 @@ impl Unit {
     const fn label(self) -> fn(f64) -> String {
         match self {
             Self::Number => power_label,
+            Self::Count => count_label,
             Self::Seconds => seconds_label,
         }
     }

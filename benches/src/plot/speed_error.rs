@@ -39,7 +39,7 @@ pub(super) struct DataPoint<'a> {
 fn rivals(row: &Row) -> (&str, u64, &str) {
     let family = row.method.split('-').next().unwrap_or(&row.method);
     let task = match family {
-        "aba" | "crba" | "dca" => "forward dynamics",
+        "aba" | "crba" | "dca" | "mujoco" | "pinocchio" => "forward dynamics",
         "exact" | "moller" | "moller0" | "separating" => question(row),
         _ => &row.method,
     };
@@ -290,7 +290,10 @@ fn draw_labelled(
     bounds: &Rect,
     ends_only: bool,
 ) {
-    let around = |point| Rect::around(place(point), MARKER + 2.0);
+    let around = |point: &DataPoint<'_>| {
+        let half = if point.on_front { RING } else { MARKER };
+        Rect::around(place(point), half + 2.0)
+    };
     let markers: Vec<Rect> = points.iter().map(around).collect();
     let labelled: Vec<&DataPoint<'_>> = points
         .chunk_by(same_series)

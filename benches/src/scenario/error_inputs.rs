@@ -1,5 +1,6 @@
 //! Pairs of triangles on which tests of collision err: near touching, tiny and huge, far from the
-//! origin, stacked face to face; and what two meshes make of them.
+//! origin, stacked face to face, thin, in one plane, in nearly parallel ones; and what two meshes make
+//! of them.
 
 use super::meshes;
 use vertebra::collision::RelativePose;
@@ -9,11 +10,15 @@ use vertebra::{Pose, Random};
 /// Two triangles \[m].
 pub type TrianglePair = [[Vec3; 3]; 2];
 
+/// Draws one pair.
+type Draw = fn(&mut Random) -> TrianglePair;
+
 /// Pairs of each generated list.
 const COUNT: usize = 2000;
 
 /// Units of length that the random pairs are given in: one metre, as numbers.
-const SCALES: [f32; 5] = [1e-6, 1e-3, 1.0, 1e3, 1e6];
+/// The smallest are subnormal in f32.
+const SCALES: [f32; 8] = [1e-40, 1e-30, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e30];
 
 /// Distances of the random pairs from the origin \[m].
 const OFFSETS: [f32; 5] = [1.0, 1e2, 1e4, 1e6, 1e7];
@@ -49,6 +54,19 @@ pub fn lists(seed: u64) -> anyhow::Result<Vec<(String, Vec<TrianglePair>)>> {
         lists.push((format!("offset {offset:e}"), moved(&|p| p + aside * offset)));
     }
     lists.push(("stacked boxes".to_owned(), stacked_boxes(&mut random)));
+    let drawn: [(&str, Draw); 7] = [
+        ("lattice", lattice_pair),
+        ("one plane", coplanar_pair),
+        ("common edges", edge_pair),
+        ("common corners", corner_pair),
+        ("parallel planes ulps apart", parallel_pair),
+        ("nearly parallel planes", tilted_pair),
+        ("slivers", sliver_pair),
+    ];
+    for (name, draw) in drawn {
+        let pairs = (0..COUNT).map(|_| draw(&mut random)).collect();
+        lists.push((name.to_owned(), pairs));
+    }
     Ok(lists)
 }
 
@@ -92,6 +110,73 @@ fn random_triangle(random: &mut Random) -> [Vec3; 3] {
 /// Two triangles with corners in a cube of 2 m.
 fn random_pair(random: &mut Random) -> TrianglePair {
     [random_triangle(random), random_triangle(random)]
+}
+
+/// Corners at whole numbers from 0 to 2: every kind of touching, often.
+fn lattice_pair(random: &mut Random) -> TrianglePair {
+    let coordinates = [0.0, 1.0, 2.0];
+    let mut corner = || Vec3::from_array(std::array::from_fn(|_| coordinates[random.below(3)]));
+    std::array::from_fn(|_| std::array::from_fn(|_| corner()))
+}
+
+/// Both in one plane across an axis.
+fn coplanar_pair(random: &mut Random) -> TrianglePair {
+    let (axis, height) = (random.below(3), single(random));
+    random_pair(random).map(|t| t.map(|corner| with(corner, axis, height)))
+}
+
+/// With an edge in common, folded anyhow, every fourth time flat but for two ulps.
+fn edge_pair(random: &mut Random) -> TrianglePair {
+    let [p, q, r] = random_triangle(random);
+    let mut apex = random_triangle(random)[0];
+    if random.below(4) == 0 {
+        let flat = r.as_dvec3() * 1.25 - p.as_dvec3() * 0.25;
+        apex = flat.as_vec3();
+    }
+    [[p, q, r], [apex, q, p]]
+}
+
+/// With a corner in common.
+fn corner_pair(random: &mut Random) -> TrianglePair {
+    let [p, q, r] = random_triangle(random);
+    let [s, t, _] = random_triangle(random);
+    [[p, q, r], [s, p, t]]
+}
+
+/// In planes across an axis that lie up to four ulps apart.
+fn parallel_pair(random: &mut Random) -> TrianglePair {
+    let (axis, low) = (random.below(3), single(random));
+    let high = (0..random.below(5)).fold(low, |height, _| height.next_up());
+    let [a, b] = random_pair(random);
+    [
+        a.map(|corner| with(corner, axis, low)),
+        b.map(|corner| with(corner, axis, high)),
+    ]
+}
+
+/// In planes that meet under an angle of 2^-10 to 2^-24, through the middle of both.
+fn tilted_pair(random: &mut Random) -> TrianglePair {
+    let [a, b] = random_pair(random);
+    let slope = [0.5_f32.powi(10), 0.5_f32.powi(17), 0.5_f32.powi(24)][random.below(3)];
+    [
+        a.map(|corner| with(corner, 2, 0.0)),
+        b.map(|corner| with(corner, 2, slope * corner.x)),
+    ]
+}
+
+/// A million times as long as wide, past each other at a distance of that width.
+fn sliver_pair(random: &mut Random) -> TrianglePair {
+    const WIDTH: f32 = 1e-6;
+    std::array::from_fn(|_| {
+        let [tip, aside, shift] = random_triangle(random);
+        [tip, -tip, aside * WIDTH].map(|corner| corner + shift * (0.3 * WIDTH))
+    })
+}
+
+fn with(corner: Vec3, axis: usize, height: f32) -> Vec3 {
+    let mut coordinates = corner.to_array();
+    coordinates[axis] = height;
+    Vec3::from_array(coordinates)
 }
 
 /// A triangle, and another with one corner within two ulps of it.

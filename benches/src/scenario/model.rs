@@ -117,6 +117,8 @@ impl Subject {
             };
             if precision == Precision::F64 && self.model.dof_count() <= dense_limit {
                 add("crba", &detail, Box::new(move |m| self.crba(m, precision)));
+                let run = move |m: &Meter| self.derivatives(m);
+                add("aba-derivatives", &detail, Box::new(run));
             }
             for options in trees(precision) {
                 for threads in selection.threads() {

@@ -130,7 +130,7 @@ fn lost(case: &Case, is_tree: bool) -> f64 {
         (Masses::HeavyLast(_), Shape::Chain) if is_tree => 1.0,
         (Masses::Alternating(_), Shape::Chain) => 1.0,
         (Masses::HeavyLast(ratio) | Masses::HeavyTips(ratio) | Masses::Alternating(ratio), _) => {
-            ratio
+            ratio.max(1.0)
         }
         (Masses::Decades(decades), _) => 10_f64.powf(decades),
         (Masses::EveryEighth(ratio), _) => ratio.max(1.0),

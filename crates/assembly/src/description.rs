@@ -1,6 +1,9 @@
 //! Plain data from which a [`Model`] is built, and into which it is saved.
 
-use crate::{Compound, Joint, MassProperties, Model, ModelError, massless, validate};
+use crate::{
+    Compound, CouplingDescription, Joint, LoopDescription, MassProperties, Model, ModelError,
+    massless, validate,
+};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use vertebra_spatial::Pose;
@@ -41,6 +44,12 @@ pub struct ModelDescription {
     /// Named places on bodies or in the world.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub frames: Vec<FrameDescription>,
+    /// Loops closed by further joints.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub loops: Vec<LoopDescription>,
+    /// Joints coupled to others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub couplings: Vec<CouplingDescription>,
 }
 
 /// One body and the joint that carries it.
@@ -79,6 +88,8 @@ impl ModelDescription {
             gravity: STANDARD_GRAVITY,
             bodies: Vec::new(),
             frames: Vec::new(),
+            loops: Vec::new(),
+            couplings: Vec::new(),
         }
     }
 

@@ -3,8 +3,8 @@
 use crate::kinematics::{Placed, across, placed, project};
 use crate::model::body_id;
 use crate::{
-    Body, BodyId, Frame, Joint, JointKind, MassProperties, Model, ModelError, State, massless,
-    validate,
+    Body, BodyId, Frame, Joint, JointKind, MassProperties, Model, ModelError, State, closure,
+    massless, validate,
 };
 use std::cell::OnceCell;
 use std::cmp::Reverse;
@@ -14,7 +14,8 @@ use vertebra_spatial::Pose;
 
 /// A change of a model and its state in the making ([`Model::edit`]); nothing happens to either.
 ///
-/// Bodies that stay keep their poses and velocities; coordinates of joints that stay keep their bits.
+/// Bodies that stay keep their poses and velocities; coordinates of joints that stay keep their bits. Loops
+/// and couplings stay as long as their bodies do.
 ///
 /// ```
 /// use glam::DVec3;
@@ -273,7 +274,9 @@ impl<'a> Edit<'a> {
             })
         });
         let whole = (self.model.name().to_owned(), self.model.gravity());
-        let model = Model::of_bodies(whole, bodies, frames.collect(), OnceLock::new());
+        let closed = closure::carried_over(self.model, &ids, &bodies);
+        let frames = frames.collect();
+        let model = Model::of_bodies(whole, bodies, frames, closed, OnceLock::new());
         massless::check(&model)?;
         ids.truncate(old.len());
         Ok(Edited {

@@ -179,6 +179,24 @@ pub enum ModelError {
         /// The body.
         body: String,
     },
+    /// A loop between a body and itself, or a joint coupled to itself.
+    #[error("`{name}` connects a body to itself; name two bodies, or one and the world")]
+    SelfLoop {
+        /// The loop or coupling.
+        name: String,
+    },
+    /// A coupling of a joint that has not exactly one freedom.
+    #[error(
+        "`{name}` couples the joint of body `{body}`, which has {freedoms} freedoms; couple joints of one freedom"
+    )]
+    CoupledFreedoms {
+        /// The coupling.
+        name: String,
+        /// The body whose joint it is.
+        body: String,
+        /// Freedoms of that joint.
+        freedoms: usize,
+    },
     /// A body that is not in the model, or no longer.
     #[error(
         "the model `{model}` has no body number {body}, or it was removed; take ids from the model itself"
@@ -244,6 +262,8 @@ impl ModelError {
             | Self::NegativeMass { body, .. }
             | Self::AsymmetricInertia { body }
             | Self::NonPhysicalInertia { body, .. }
+            | Self::SelfLoop { name: body }
+            | Self::CoupledFreedoms { name: body, .. }
             | Self::DuplicateName { name: body } => (Some(body), false),
             Self::Empty { .. }
             | Self::TooLarge { .. }

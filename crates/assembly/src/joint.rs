@@ -113,7 +113,7 @@ pub struct Joint {
     pub armature: f64,
     /// A spring across the joint.
     pub spring: Option<Spring>,
-    /// Coupling to another joint; read from files, not simulated yet.
+    /// Coupling to another joint: [`Model::couplings`](crate::Model::couplings) has it.
     pub mimic: Option<Mimic>,
 }
 

@@ -15,7 +15,8 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
-mod builder;
+pub mod builder;
+mod closure;
 mod compound;
 mod description;
 mod edit;
@@ -27,6 +28,7 @@ mod kinematics;
 mod location;
 mod mass;
 mod massless;
+pub mod mechanism;
 mod model;
 mod not_simulated;
 mod random;
@@ -40,6 +42,7 @@ mod validate;
 pub mod xml;
 
 pub use builder::{BodyShape, BuildError, Builder, Built, Centerline, Matter, Problem, SolidError};
+pub use closure::{Closure, Coupling, CouplingDescription, Loop, LoopDescription};
 pub use compound::Compound;
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
 pub use edit::{Edit, Edited};

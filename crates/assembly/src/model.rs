@@ -1,8 +1,9 @@
 //! The model: checked, ordered, constant.
 
 use crate::{
-    BodyDescription, Edit, FrameDescription, Joint, MassProperties, ModelDescription, ModelError,
-    State, Units, description::MODEL_VERSION, massless, not_simulated::NotSimulated, validate,
+    BodyDescription, Coupling, CouplingDescription, Edit, FrameDescription, Joint, Loop,
+    LoopDescription, MassProperties, ModelDescription, ModelError, State, Units, closure,
+    description::MODEL_VERSION, massless, not_simulated::NotSimulated, validate,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -30,16 +31,18 @@ impl BodyId {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(try_from = "ModelDescription", into = "ModelDescription")]
 pub struct Model {
-    inner: Arc<Inner>,
+    pub(crate) inner: Arc<Inner>,
 }
 
 #[derive(Clone, Debug)]
-struct Inner {
+pub(crate) struct Inner {
     name: String,
     gravity: DVec3,
     units: Units,
     bodies: Vec<Body>,
     frames: Vec<Frame>,
+    pub(crate) loops: Vec<Loop>,
+    pub(crate) couplings: Vec<Coupling>,
     /// Made when it is first asked for.
     by_name: OnceLock<HashMap<String, BodyId>>,
     position_count: usize,
@@ -178,11 +181,11 @@ impl Model {
         Arc::ptr_eq(&self.inner, &other.inner)
     }
 
-    /// What the model states that this version does not simulate: largest speeds, mimics, and elements in
-    /// joints that cannot have them.
+    /// What the model states that this version does not simulate: largest speeds, mimics of joints of several
+    /// freedoms, and elements in joints that cannot have them.
     #[must_use]
     pub fn not_simulated(&self) -> Vec<NotSimulated> {
-        NotSimulated::of_bodies(&self.inner.bodies)
+        NotSimulated::of_model(self)
     }
 
     /// The first body whose joint has elements that act of their own accord: range, damping, friction,
@@ -250,6 +253,23 @@ impl Model {
                     placement: frame.placement,
                 })
                 .collect(),
+            loops: (self.loops().iter())
+                .map(|closed| LoopDescription {
+                    name: closed.name.clone(),
+                    bodies: closed.bodies.map(name_of),
+                    placements: closed.placements,
+                    closure: closed.closure,
+                })
+                .collect(),
+            couplings: (self.inner.couplings.iter())
+                .map(|coupling| CouplingDescription {
+                    name: coupling.name.clone(),
+                    body: self.inner.bodies[coupling.body.index()].name.clone(),
+                    other: self.inner.bodies[coupling.other.index()].name.clone(),
+                    ratio: coupling.ratio,
+                    offset: coupling.offset,
+                })
+                .collect(),
         }
     }
 }
@@ -279,6 +299,8 @@ impl Model {
             gravity,
             bodies: written,
             frames,
+            loops,
+            couplings,
             ..
         } = description;
         let mut by_name = HashMap::with_capacity(written.len());
@@ -304,7 +326,14 @@ impl Model {
                 placement: frame.placement,
             })
             .collect();
-        Self::of_bodies((name, gravity), bodies, frames, OnceLock::from(by_name))
+        let closed = closure::resolve(loops, couplings, &by_name);
+        Self::of_bodies(
+            (name, gravity),
+            bodies,
+            frames,
+            closed,
+            OnceLock::from(by_name),
+        )
     }
 
     /// The model of bodies that were checked, parents first, whose coordinates are counted here.
@@ -312,6 +341,7 @@ impl Model {
         (name, gravity): (String, DVec3),
         mut bodies: Vec<Body>,
         frames: Vec<Frame>,
+        (loops, couplings): (Vec<Loop>, Vec<Coupling>),
         by_name: OnceLock<HashMap<String, BodyId>>,
     ) -> Self {
         let sizes = |b| {
@@ -335,6 +365,8 @@ impl Model {
                 depth: depths.into_iter().max().unwrap_or(0),
                 bodies,
                 frames,
+                loops,
+                couplings,
                 by_name,
                 position_count,
                 dof_count,

@@ -1,6 +1,6 @@
 //! What a model states and this version does not simulate.
 
-use crate::model::Body;
+use crate::Model;
 use core::fmt;
 
 /// A property of a joint that was read, is kept, and has no effect yet.
@@ -26,14 +26,14 @@ pub enum Feature {
     Friction(f64),
     /// Rotor inertia of a fixed or free joint [kg m^2 or kg].
     Armature(f64),
-    /// The joint does not follow the named body's.
+    /// The joint does not follow the named body's: one of them has not one freedom, or they are one.
     Mimic(String),
 }
 
 impl NotSimulated {
-    pub(crate) fn of_bodies(bodies: &[Body]) -> Vec<Self> {
+    pub(crate) fn of_model(model: &Model) -> Vec<Self> {
         let mut list = Vec::new();
-        for body in bodies {
+        for (id, body) in model.body_ids().zip(model.bodies()) {
             let mut push = |feature| {
                 list.push(Self {
                     body: body.name.clone(),
@@ -60,7 +60,9 @@ impl NotSimulated {
             if joint.armature != 0.0 && is_rigid {
                 push(Feature::Armature(joint.armature));
             }
-            if let Some(mimic) = &joint.mimic {
+            if let Some(mimic) = &joint.mimic
+                && model.followed(id).is_none()
+            {
                 push(Feature::Mimic(mimic.body.clone()));
             }
         }

@@ -1,5 +1,6 @@
 //! Checks of a model description, each ending in an error that names the culprit.
 
+use crate::closure;
 use crate::description::MODEL_VERSION;
 use crate::{
     Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest, Spring, Stop,
@@ -54,6 +55,7 @@ pub(crate) fn check_all(description: &ModelDescription) -> (Vec<usize>, Vec<Mode
         }
     }
     check_frames(description, &by_name, &mut problems);
+    closure::check(description, &by_name, &mut problems);
     let order = parents_first(description, &by_name, &mut problems);
     (order, problems)
 }
@@ -94,7 +96,7 @@ pub(crate) fn check_count(bodies: usize) -> Result<(), ModelError> {
     Ok(())
 }
 
-fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelError> {
+pub(crate) fn check_name(what: &'static str, index: usize, name: &str) -> Result<(), ModelError> {
     if name.is_empty() {
         return Err(ModelError::EmptyName { what, index });
     }
@@ -299,7 +301,7 @@ fn not_negative(quantity: &'static str, body: &str, value: f64) -> Result<(), Mo
     Ok(())
 }
 
-fn check_placement(
+pub(crate) fn check_placement(
     quantity: &'static str,
     element: &str,
     placement: &Pose,
@@ -371,7 +373,7 @@ fn not_absurd(quantity: &'static str, element: &str, value: f64) -> Result<(), M
     Ok(())
 }
 
-fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), ModelError> {
+pub(crate) fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), ModelError> {
     if value.is_finite() {
         return Ok(());
     }
@@ -382,21 +384,31 @@ fn finite(quantity: &'static str, element: &str, value: f64) -> Result<(), Model
     })
 }
 
-fn finite_vector(quantity: &'static str, element: &str, v: DVec3) -> Result<(), ModelError> {
+pub(crate) fn finite_vector(
+    quantity: &'static str,
+    element: &str,
+    v: DVec3,
+) -> Result<(), ModelError> {
     v.to_array()
         .into_iter()
         .try_for_each(|value| finite(quantity, element, value))
 }
 
+/// A direction that is not zero, of unit length.
+pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
+    // One that is of unit length to rounding already stays as it is written.
+    if (axis.length_squared() - 1.0).abs() <= 4.0 * f64::EPSILON {
+        return axis;
+    }
+    // An axis may be as short as 1e-200: bring it near 1 before it is squared.
+    let scaled = axis / axis.abs().max_element();
+    scaled / scaled.length()
+}
+
 /// Axes of unit length, quaternions too.
 pub(crate) fn normalized(mut joint: Joint) -> Joint {
     if let Some(axis) = joint.kind.axis_mut() {
-        // An axis may be as short as 1e-200: bring it near 1 before it is squared.
-        let scaled = *axis / axis.abs().max_element();
-        // One that is of unit length to rounding already stays as it is written.
-        if (axis.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {
-            *axis = scaled / scaled.length();
-        }
+        *axis = unit_axis(*axis);
     }
     for placement in [&mut joint.parent_placement, &mut joint.child_placement] {
         if (placement.rotation.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {

@@ -1,7 +1,5 @@
 //! Builders against descriptions written by hand, solids against closed forms, and all problems at once.
 
-#![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
-
 mod common;
 
 use common::{Digest, assert_same_placement, body_placements};

@@ -56,8 +56,9 @@ fn with_mass(mass: MassProperties) -> ModelError {
 fn the_base_of_these_tests_is_right() {
     let model = two_bodies().build().unwrap();
     assert_eq!(model.dof_count(), 2);
-    // The largest speed and the mimic.
-    assert_eq!(model.not_simulated().len(), 2);
+    // The largest speed.
+    assert_eq!(model.not_simulated().len(), 1);
+    assert_eq!(model.couplings().count(), 1);
     assert_eq!(model.frames()[0].body, model.find("lower"));
 }
 

@@ -9,7 +9,7 @@
 use glam::{DMat3, DVec3};
 use vertebra_assembly::urdf::{self, Mesh, Options, Problem, Robot, Role, Shape};
 use vertebra_assembly::xml::XmlProblem;
-use vertebra_assembly::{Feature, Joint, JointKind, Random};
+use vertebra_assembly::{Joint, JointKind, Random};
 
 /// A robot of these elements, which start on line 2.
 fn robot(elements: &str) -> String {
@@ -82,7 +82,7 @@ fn numbers_as_files_write_them() {
 }
 
 #[test]
-fn limits_dynamics_and_mimics_are_kept_and_said_not_to_be_simulated() {
+fn limits_and_dynamics_are_kept_and_said_not_to_be_simulated_and_mimics_are_couplings() {
     let limits = |kind: &str, text: &str| {
         let robot = read(&one_joint(kind, text));
         assert!(robot.ignored.is_empty());
@@ -134,10 +134,10 @@ fn limits_dynamics_and_mimics_are_kept_and_said_not_to_be_simulated() {
     let features: Vec<_> = (robot.model.not_simulated().into_iter())
         .map(|item| (item.body, item.feature))
         .collect();
-    assert_eq!(
-        features,
-        [("arm".to_owned(), Feature::Mimic("hub".to_owned()))]
-    );
+    assert_eq!(features, []);
+    let couplings: Vec<_> = robot.model.couplings().collect();
+    assert_eq!((couplings.len(), couplings[0].name.as_str()), (1, "arm"));
+    assert_eq!((couplings[0].ratio, couplings[0].offset), (-2.0, 0.1));
     let plain = read(&one_joint("revolute", "<mimic joint='j'/>"));
     let mimic = arm(&plain).mimic.unwrap();
     assert_eq!((mimic.multiplier, mimic.offset), (1.0, 0.0));

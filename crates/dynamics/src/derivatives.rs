@@ -109,7 +109,8 @@ impl<T: Real> Tangents<T> {
     }
 }
 
-/// Derivatives of inverse dynamics, tau(q, qd, qdd) of [`rnea`], by all three: `out.drive` is the mass matrix.
+/// Derivatives of inverse dynamics, tau(q, qd, qdd) of [`rnea`], by all three: `out.drive` is the mass matrix,
+/// with the inertia of freedoms' own on its diagonal.
 /// External forces act where and in the axes in which they were given. O(n depth).
 ///
 /// # Errors
@@ -125,6 +126,9 @@ pub fn rnea_derivatives(
     out.check(model)?;
     rnea(model, state, qdd, forces, workspace)?;
     workspace.differentiate(forces, out);
+    for (dof, own) in forces.joint_inertia.iter().enumerate() {
+        out.drive[(dof, dof)] += own;
+    }
     out.finite(model, state.time)
 }
 

@@ -177,6 +177,28 @@ pub enum Error {
         /// The pivot that is not positive.
         pivot: usize,
     },
+    /// A model with loops or couplings, given to what simulates trees alone.
+    #[error(
+        "the model closes loops or couples joints (`{name}`), which {by} does not do: use the articulated-body algorithm on the processor without a tolerance, or take them out of the model"
+    )]
+    LoopsUnavailable {
+        /// The first loop or coupling.
+        name: String,
+        /// What does not do it.
+        by: &'static str,
+    },
+    /// A loop that cannot be closed.
+    #[error(
+        "`{name}` stays open by {violation:.0e} of its size at t = {time} s; the state before is kept: take smaller steps, or start from a state in which the loop can close"
+    )]
+    LoopNotClosed {
+        /// The loop or coupling.
+        name: String,
+        /// What is left, over the loop's size.
+        violation: f64,
+        /// Time of the state \[s\].
+        time: f64,
+    },
     /// Points that cannot accelerate in every direction have no operational-space inertia.
     #[error(
         "the points have no operational-space inertia: that of body `{body}` cannot accelerate in direction {direction} (0 to 2 turn about x, y, z, 3 to 5 move along) independently of the others; ask for the inverse, or for fewer points"

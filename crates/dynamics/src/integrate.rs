@@ -245,7 +245,7 @@ impl Step<'_> {
 
 /// next.q = start.q moved by a displacement: added for positions and angles; for orientations the
 /// rotation vector u of q exp(u).
-fn displace(model: &Model, start: &State, displacement: &[f64], next: &mut State) {
+pub(crate) fn displace(model: &Model, start: &State, displacement: &[f64], next: &mut State) {
     for body in model.bodies() {
         let (from, to) = (&start.q[body.position_range()], body.position_range());
         let (to, d) = (&mut next.q[to], &displacement[body.dof_range()]);
@@ -272,7 +272,7 @@ fn turn(from: &[f64], u: &[f64], to: &mut [f64]) {
 
 /// Turns rates (or their multiples) into rates of the displacement at zero displacement: only the
 /// linear part of free joints changes, from the child's axes to the parent's.
-fn to_displacement_axes(model: &Model, state: &State, rates: &mut [f64]) {
+pub(crate) fn to_displacement_axes(model: &Model, state: &State, rates: &mut [f64]) {
     for body in model.bodies() {
         if body.joint.kind == JointKind::Free {
             let q = &state.q[body.position_range()];

@@ -180,25 +180,29 @@ fn joint_frame<T: Real>(body: &Body, units: &Units) -> Transform<T> {
 }
 
 /// The solvers' joint axes in the model's: z along the axis of a joint that has one.
-///
-/// Duff et al., Building an Orthonormal Basis, Revisited (JCGT 6, 2017); an axis of z changes nothing.
 fn joint_axes<T: Real>(joint: JointKind) -> Transform<T> {
     let Some(axis) = joint.axis() else {
         return Transform::IDENTITY;
     };
+    Transform {
+        rotation: with_z_along(axis),
+        translation: Vec3::ZERO,
+    }
+}
+
+/// Axes of which z has a direction, given to f64's rounding as a vector of unit length.
+///
+/// Duff et al., Building an Orthonormal Basis, Revisited (JCGT 6, 2017); an axis of z changes nothing.
+pub(crate) fn with_z_along<T: Real>(axis: DVec3) -> Mat3<T> {
     let z = unit(axis);
     let sign = T::from_f64(1.0_f64.copysign(axis.z));
     let a = -T::ONE / (sign + z.z);
     let b = z.x * z.y * a;
-    let rotation = Mat3::from_cols(
+    Mat3::from_cols(
         vec3(T::ONE + sign * z.x * z.x * a, sign * b, -sign * z.x),
         vec3(b, sign + z.y * z.y * a, -z.y),
         z,
-    );
-    Transform {
-        rotation,
-        translation: Vec3::ZERO,
-    }
+    )
 }
 
 /// The model's axes are of unit length to f64's rounding.

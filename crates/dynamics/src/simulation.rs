@@ -12,6 +12,7 @@ use crate::{
     Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses, forward_kinematics,
     joint_wrenches, mechanics,
 };
+use crate::{LoopForces, LoopViolation};
 use host::Host;
 use poses::Inner;
 #[cfg(feature = "gpu")]
@@ -340,6 +341,49 @@ impl Simulation {
         }
     }
 
+    /// Moves the state until the loops of the model are closed: positions by the least motion in the mass metric
+    /// that Newton's method finds, then rates. To be called on states that do not satisfy them; steps keep them
+    /// closed by themselves.
+    ///
+    /// # Errors
+    /// [`Error::LoopNotClosed`] if that cannot be reached from here; [`Error`] as for a step. The state is then as
+    /// it was.
+    pub fn close_loops(&mut self) -> Result<(), Error> {
+        self.posed = false;
+        match &mut self.runs {
+            Runs::Host(host) => host.close_loops(&self.model, &mut self.state, &self.forces),
+            // Models with loops are not simulated there.
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => Ok(()),
+        }
+    }
+
+    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none.
+    #[must_use]
+    pub fn loop_violation(&mut self) -> Option<LoopViolation> {
+        match &mut self.runs {
+            Runs::Host(host) => host.solver.loop_violation(&self.model, &self.state),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => None,
+        }
+    }
+
+    /// The forces that keep the loops closed and the joints coupled in the current state, under the current forces.
+    ///
+    /// Where loops ask for the same thing twice, those of least norm, a loop's moments counted over the length of its
+    /// longest link and each loop by the compliance it meets: they share alike.
+    ///
+    /// # Errors
+    /// [`Error`] as for a step.
+    pub fn loop_forces(&mut self) -> Result<LoopForces, Error> {
+        self.posed = false;
+        match &mut self.runs {
+            Runs::Host(host) => host.loop_forces(&self.model, &self.state, &self.forces),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(_) => Ok(LoopForces::default()),
+        }
+    }
+
     /// Where a body is in the world.
     ///
     /// # Errors
@@ -431,7 +475,8 @@ impl Simulation {
 
     /// Solves the dynamics of the current state under the current forces, always by the
     /// articulated-body algorithm on the CPU, and gives the workspace to read from: joint and body
-    /// accelerations, joint wrenches, poses and velocities. Elements act as they do now, without a step.
+    /// accelerations, joint wrenches, poses and velocities. Elements act as they do now, without a step; forces of
+    /// loops and couplings as forces on the bodies and in the joints.
     ///
     /// # Errors
     /// [`Error`] as for a step.
@@ -440,13 +485,7 @@ impl Simulation {
         self.posed = false;
         let (forces, workspace) = match &mut self.runs {
             Runs::Host(host) => {
-                let Host {
-                    solver, elements, ..
-                } = &mut **host;
-                let forces = match host::busy(elements) {
-                    Some(elements) => elements.load(&self.state, &self.forces, 0.0)?,
-                    None => &self.forces,
-                };
+                let (forces, solver) = host.all_forces(&self.model, &self.state, &self.forces)?;
                 let own = &mut self.workspace;
                 (forces, host::workspace(solver, &self.model, own))
             }

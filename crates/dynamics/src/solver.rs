@@ -1,6 +1,7 @@
 //! One door to forward dynamics: the algorithm is chosen from the model, or by its user.
 
 use crate::dca::{PARALLEL_BODIES, check_precisions};
+use crate::loops::{LoopForces, LoopViolation, Loops, refuse_loops};
 use crate::tolerance::{Achieved, Asked, Ladder, Method};
 use crate::{DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace, cost};
 use core::fmt;
@@ -129,8 +130,9 @@ impl Choice {
         let host = Self::on_host(bodies, &SolverOptions::default());
         let gpu_s = cost::gpu_step(bodies, chunks, tree);
         let is_real = device.info().device_type != vertebra_gpu::wgpu::DeviceType::Cpu;
+        let is_computed = crate::gpu::check_model(model).is_ok();
         Ok(Self {
-            on_gpu: is_real && gpu_s < host.aba_s.min(host.dca_s),
+            on_gpu: is_real && is_computed && gpu_s < host.aba_s.min(host.dca_s),
             gpu_s: Some(gpu_s),
             ..host
         })
@@ -206,7 +208,12 @@ impl fmt::Display for Choice {
 pub struct Solver {
     choice: Choice,
     memory: Memory,
+    loops: Option<Box<Loops>>,
 }
+
+/// How often factors are refreshed on the way to closed loops: from far away each time is a step of Newton's
+/// method.
+const CLOSING_ATTEMPTS: usize = 100;
 
 #[derive(Clone, Debug)]
 enum Memory {
@@ -222,10 +229,21 @@ impl Solver {
     /// Chooses the algorithm and takes its memory.
     ///
     /// # Errors
-    /// As [`DcaWorkspace::new`]; [`Error::ToleranceRange`].
+    /// As [`DcaWorkspace::new`]; [`Error::ToleranceRange`]; [`Error::LoopsUnavailable`] if divide and conquer or
+    /// a tolerance is asked for and the model has loops or couplings.
     pub fn new(model: &Model, options: &SolverOptions) -> Result<Self, Error> {
         let bodies = model.bodies().len();
-        let choice = Choice::on_host(bodies, options);
+        let mut choice = Choice::on_host(bodies, options);
+        let loops = Loops::of_model(model);
+        if loops.is_some() {
+            if options.tolerance.is_some() {
+                refuse_loops(model, "a tolerance")?;
+            }
+            if options.algorithm == Some(Algorithm::Dca) {
+                refuse_loops(model, "divide and conquer")?;
+            }
+            choice.algorithm = Algorithm::Aba;
+        }
         check_precisions(options.precision, choice.tree)?;
         let dca_options = DcaOptions {
             chunks: options.precision,
@@ -269,6 +287,7 @@ impl Solver {
                 ..choice
             },
             memory,
+            loops,
         })
     }
 
@@ -282,7 +301,7 @@ impl Solver {
     ///
     /// Where divide and conquer was not asked for and refuses ([`Error::Unjoined`],
     /// [`Error::SingularJoint`]), the articulated-body algorithm has the last word, so that what can
-    /// be computed does not depend on the number of threads.
+    /// be computed does not depend on the number of threads. Loops and couplings of the model are kept.
     ///
     /// # Errors
     /// As [`aba`](crate::aba) and [`dca`](crate::dca); with a tolerance, [`Error::ToleranceMissed`].
@@ -294,8 +313,13 @@ impl Solver {
     ) -> Result<&[f64], Error> {
         match &mut self.memory {
             Memory::Chosen { method, otherwise } => {
-                Self::solve(&self.choice, (method, otherwise), model, state, forces)?
-                    .accelerations()
+                let solved = Self::solve(&self.choice, (method, otherwise), model, state, forces)?;
+                match (&mut self.loops, solved) {
+                    (Some(loops), Method::Aba(workspace)) => {
+                        loops.constrain(model, state, workspace)
+                    }
+                    (_, solved) => solved.accelerations(),
+                }
             }
             Memory::ToTolerance(ladder) => ladder.solve(model, state, forces),
         }
@@ -326,6 +350,77 @@ impl Solver {
                     }),
                 )
             }
+        }
+    }
+
+    /// Moves a state until its loops are closed and stay so; `forces` act where new factors are needed.
+    pub(crate) fn close(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        forces: &Forces,
+    ) -> Result<(), Error> {
+        let closed = self.close_from(model, state, forces);
+        if let Some(loops) = &mut self.loops {
+            loops.end_closing();
+        }
+        closed
+    }
+
+    fn close_from(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        forces: &Forces,
+    ) -> Result<(), Error> {
+        let mut open = (0, 0.0);
+        for _ in 0..CLOSING_ATTEMPTS {
+            let (
+                Some(loops),
+                Memory::Chosen {
+                    method: Method::Aba(workspace),
+                    ..
+                },
+            ) = (&mut self.loops, &mut self.memory)
+            else {
+                return Ok(());
+            };
+            match loops.close(model, state, workspace) {
+                None => return Ok(()),
+                Some(found) => open = found,
+            }
+            if open.1.is_infinite() {
+                break;
+            }
+            self.forward_dynamics(model, state, forces)?;
+        }
+        Err(Error::LoopNotClosed {
+            name: (self.loops.as_ref())
+                .map_or(String::new(), |loops| loops.name(open.0).to_owned()),
+            violation: open.1,
+            time: state.time,
+        })
+    }
+
+    /// Whether the model has loops or couplings.
+    pub(crate) const fn has_loops(&self) -> bool {
+        self.loops.is_some()
+    }
+
+    /// How far a state is from closed; none without loops.
+    pub(crate) fn loop_violation(&mut self, model: &Model, state: &State) -> Option<LoopViolation> {
+        Some(self.loops.as_mut()?.violation(model, state))
+    }
+
+    /// The forces of loops in the last solution.
+    pub(crate) fn loop_forces(&mut self, model: &Model) -> LoopForces {
+        (self.loops.as_mut()).map_or_else(LoopForces::default, |loops| loops.forces(model))
+    }
+
+    /// Adds the forces of loops in the last solution to those that act.
+    pub(crate) fn add_loop_forces(&mut self, model: &Model, forces: &mut Forces) {
+        if let Some(loops) = &mut self.loops {
+            loops.act(model, forces);
         }
     }
 

@@ -8,7 +8,7 @@
 //!
 //! error after k <= change_k * min(1, [`CAUTION`] change_k / change_(k-1)),   change_0 = 1,
 //!
-//! in norms that are not quite those of rho, for which there is the caution (a hundred covers all cases
+//! in norms that are not quite those of rho, for which there is the caution (a thousand covers all cases
 //! of `docs/accuracy.md`). Corrections do not see what rounding has made of the bodies' equations
 //! themselves: a rod that spins about itself has a moment of inertia that is lost beside the others once
 //! it is turned to world axes. So forces as large as that rounding are put through the factors too, and
@@ -24,7 +24,7 @@ use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{Model, State};
 
 /// How much worse a correction may be than the one before, or the solution itself, makes expect.
-const CAUTION: f64 = 100.0;
+const CAUTION: f64 = 1000.0;
 
 /// Errors of a precision that rounding alone makes likely, as multiples of its epsilon: no method in it
 /// is asked for less.

@@ -302,6 +302,7 @@ fn a_model_too_large_tells_what_fits() {
         limits: Limits {
             max_storage_buffer_binding_size: LIMIT,
             max_storage_buffers_per_shader_stage: 10,
+            max_compute_workgroup_storage_size: 32 << 10,
             ..Limits::default()
         },
         exact_limits: true,

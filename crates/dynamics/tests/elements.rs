@@ -427,6 +427,37 @@ fn smooth_elements_keep_the_order_of_runge_kutta() {
     assert!((14.0..18.0).contains(&ratio), "{ratio}");
 }
 
+/// And the work that is counted is right to second order in their steps.
+#[test]
+fn work_of_smooth_elements_balances_under_runge_kutta() {
+    let soft = Stop::Soft {
+        stiffness: 300.0,
+        damping: 0.0,
+    };
+    let joint = slide()
+        .with_spring(Spring::at(8.0, 0.0))
+        .with_damping(0.4)
+        .with_range(-0.5, 0.5)
+        .with_stop(soft);
+    let model = single(joint);
+    let off = |steps: u32| {
+        let mut simulation = started(&model, 0.3, 2.0).with_integrator(Integrator::RungeKutta4);
+        let motor = Motor::position(0.2, 5.0, 0.3);
+        simulation.set_motor(model.last_body(), motor).unwrap();
+        let start = balance(&mut simulation);
+        for _ in 0..steps {
+            simulation.step(1.0 / f64::from(steps)).unwrap();
+        }
+        assert!(simulation.work().stops != 0.0 && simulation.work().motors != 0.0);
+        (balance(&mut simulation) - start).abs()
+    };
+    let (coarse, fine) = (off(200), off(800));
+    assert!(
+        fine <= 0.2 * coarse && fine <= 1e-3,
+        "{coarse:e} to {fine:e}"
+    );
+}
+
 #[test]
 fn what_cannot_be_is_refused_by_name() {
     let rough = single(slide().with_friction(1.0));

@@ -190,7 +190,6 @@ fn compare_refined(device: &Device, model: &Model, seed: u64, window: usize, wha
     let n = model.bodies().len() as f64;
     let rounding = 16.0 * cpu + 64.0 * n.sqrt() * f64::EPSILON;
     let gained = 1e3 * f64::from(f32::EPSILON);
-    println!("{what}: {none:e} {one:e} {two:e}, {cpu:e} on the CPU");
     assert!(one <= gained * none + rounding, "{what}: {none:e} {one:e}");
     assert!(two <= gained * one + rounding, "{what}: {one:e} {two:e}");
 }

@@ -3,10 +3,11 @@
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
 use vertebra_assembly::generate::{self, RandomTree};
-use vertebra_assembly::{Body, Model, State};
+use vertebra_assembly::{Body, Model, State, mechanism};
 use vertebra_dynamics::{
-    Batch, DcaOptions, DcaWorkspace, Forces, Integrator, Motor, Precision, Simulation, Solver,
-    SolverOptions, Workspace, Wrench, aba, aba_batch, dca, refine, rnea,
+    Batch, BodyPoint, Centroidal, DcaOptions, DcaWorkspace, Derivatives, Forces, Integrator, Motor,
+    Precision, Simulation, Solver, SolverOptions, Workspace, Wrench, aba, aba_batch,
+    aba_derivatives, body_poses, centroidal, dca, refine, rnea, rnea_derivatives,
 };
 
 fn tree() -> Model {
@@ -45,6 +46,48 @@ fn steps_allocate_nothing() {
             assert_eq!(count.count_total, 0, "{precision} {integrator:?}");
         }
     }
+}
+
+#[test]
+fn steps_of_closed_loops_allocate_nothing() {
+    let (model, state) = mechanism::jansen_leg().unwrap();
+    for integrator in [
+        Integrator::SemiImplicitEuler,
+        Integrator::RungeKutta4,
+        Integrator::ImplicitMidpoint,
+    ] {
+        let mut simulation = Simulation::new(model.clone())
+            .unwrap()
+            .with_integrator(integrator);
+        simulation.set_state(state.clone()).unwrap();
+        simulation.step(1e-4).unwrap();
+        let count = allocation_counter::measure(|| {
+            for _ in 0..10 {
+                simulation.step(1e-4).unwrap();
+            }
+        });
+        assert_eq!(count.count_total, 0, "{integrator:?}");
+    }
+}
+
+#[test]
+fn quantities_allocate_nothing() {
+    let model = tree();
+    let (state, forces) = (State::random(&model, 1), Forces::none(&model));
+    let qdd = vec![0.5; model.dof_count()];
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let (mut out, mut whole) = (Derivatives::new(&model), Centroidal::new(&model));
+    let mut jacobian = vec![0.0; 6 * model.dof_count()];
+    let mut all = || {
+        rnea_derivatives(&model, &state, &qdd, &forces, &mut workspace, &mut out).unwrap();
+        aba_derivatives(&model, &state, &forces, &mut workspace, &mut out).unwrap();
+        body_poses(&mut workspace).unwrap();
+        centroidal(&workspace, &mut whole).unwrap();
+        let tip = BodyPoint::origin(model.last_body());
+        workspace.jacobian(tip, &mut jacobian).unwrap();
+    };
+    all();
+    assert_eq!(allocation_counter::measure(all).count_total, 0);
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn problem(count: usize, seed: u64) -> (Model, State, Forces) {
 
 fn points(model: &Model, seed: u64) -> Vec<BodyPoint> {
     let mut random = Random::new(seed);
-    let count = model.bodies().len() as u32;
+    let count = model.last_body().0 + 1;
     [0, count / 2, count - 1]
         .map(|body| BodyPoint::new(BodyId(body), vector(&mut random)))
         .to_vec()

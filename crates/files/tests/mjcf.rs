@@ -47,8 +47,8 @@ fn case(model: &Model, gold: &Value, case: &Value) -> Case {
         .iter()
         .filter(|body| body.joint.kind != JointKind::Fixed);
     for (body, joint) in movable.zip(gold["joints"].as_array().unwrap()) {
-        let from = joint["qadr"].as_u64().unwrap() as usize;
-        let dof = joint["vadr"].as_u64().unwrap() as usize;
+        let from = usize::try_from(joint["qadr"].as_u64().unwrap()).unwrap();
+        let dof = usize::try_from(joint["vadr"].as_u64().unwrap()).unwrap();
         let quaternion = |at: usize| DQuat::from_xyzw(q[at + 1], q[at + 2], q[at + 3], q[at]);
         let vector = |list: &[f64], at: usize| DVec3::from_slice(&list[at..at + 3]);
         let (ours, dofs) = (body.position_range(), body.dof_range());

@@ -14,9 +14,10 @@ pub use glam;
 pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
     self as assembly, Body, BodyDescription, BodyId, BodyShape, BuildError, Builder, Built,
-    Centerline, Compound, Edit, Edited, Frame, FrameDescription, Joint, JointKind, JointLimits,
-    MassProperties, Mimic, Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring,
-    State, Stop, Units, generate, schedule,
+    Centerline, Closure, Compound, Coupling, CouplingDescription, Edit, Edited, Frame,
+    FrameDescription, Joint, JointKind, JointLimits, Loop, LoopDescription, MassProperties, Mimic,
+    Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring, State, Stop, Units,
+    generate, mechanism, schedule,
 };
 pub use vertebra_collision::{
     self as collision, ClassifiedPair, ClosePair, Collider, Culling, Curve, CurvePoint, Curves,
@@ -24,11 +25,13 @@ pub use vertebra_collision::{
     Query, QueryError, RelativePose, SelfQuery, Side, Solid, Statistics, TriangleMesh, write_ply,
 };
 pub use vertebra_dynamics::{
-    self as dynamics, Achieved, Algorithm, Batch, BodyForce, BodyMotion, Check, Choice, DcaOptions,
-    DcaWorkspace, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor, Motor,
-    PendingPoses, Precision, Refinement, Residual, Simulation, Solved, Solver, SolverOptions,
-    Stored, Work, Workspace, Wrench, aba, aba_batch, body_poses, crba, crba_forward_dynamics, dca,
-    forward_error, forward_kinematics, joint_wrenches, mechanics, refine, residual, rnea,
+    self as dynamics, Achieved, Algorithm, Batch, BodyForce, BodyMotion, BodyPoint, Centroidal,
+    Check, Choice, DcaOptions, DcaWorkspace, Derivatives, Device, Elements, Error, Forces,
+    Integrator, LoopForces, LoopViolation, Mechanics, Monitor, Motor, PendingPoses, Precision,
+    Refinement, Residual, Simulation, Solved, Solver, SolverOptions, Stored, Work, Workspace,
+    Wrench, aba, aba_batch, aba_derivatives, body_poses, centroidal, crba, crba_forward_dynamics,
+    dca, forward_error, forward_kinematics, inverse_operational_inertia, joint_wrenches, mechanics,
+    operational_inertia, refine, residual, rnea, rnea_derivatives,
 };
 #[cfg(feature = "files")]
 pub use vertebra_files as files;
@@ -47,6 +50,11 @@ struct Readme;
 #[cfg(all(doctest, feature = "gpu"))]
 #[doc = include_str!("../../../docs/gpu.md")]
 struct Guide;
+
+/// The example of the guide to closed loops, compiled and run with the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/loops.md")]
+struct Loops;
 
 #[cfg(test)]
 mod tests {

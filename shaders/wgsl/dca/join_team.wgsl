@@ -13,41 +13,57 @@ const PHI22 = 69u;
 
 // Columns of Y_A, Y_B, and y.
 const COLUMNS = 13u;
-const COLUMN_NUMBERS = 80u;
 
-// Both parts' nodes, of which the first becomes the whole's, and columns.
-var<workgroup> inboard_node: array<real, NODE_NUMBERS * JOINS>;
-var<workgroup> outboard_node: array<real, NODE_NUMBERS * JOINS>;
-var<workgroup> columns: array<real, COLUMN_NUMBERS * JOINS>;
+// Both parts' nodes. A column takes the place of what it is solved from: a row of Phi12 of the inboard part, a
+// column of that of the outboard one, the latter's b1. What stays the first's becomes the whole's but for Phi12.
+const PAIR = 2u * NODE_NUMBERS;
+var<workgroup> pairs: array<real, PAIR * JOINS>;
 
-fn inboard3(at: u32) -> vec3<real> {
-    return vec3<real>(inboard_node[at], inboard_node[at + 1u], inboard_node[at + 2u]);
+fn shared3(at: u32) -> vec3<real> {
+    return vec3<real>(pairs[at], pairs[at + 1u], pairs[at + 2u]);
 }
 
-fn outboard3(at: u32) -> vec3<real> {
-    return vec3<real>(outboard_node[at], outboard_node[at + 1u], outboard_node[at + 2u]);
+// Where a column starts, and how far its numbers are from each other.
+struct Column {
+    at: u32,
+    stride: u32,
 }
 
-fn column(at: u32) -> Force {
+fn column_of(first: u32, index: u32) -> Column {
+    let outboard = first + NODE_NUMBERS;
+    if index < 6u {
+        return Column(first + 6u * index, 1u);
+    }
+    return Column(
+        outboard + select(index - 6u, B1, index == 12u),
+        select(6u, 1u, index == 12u),
+    );
+}
+
+fn column(c: Column) -> Force {
     return Force(
-        vec3<real>(columns[at], columns[at + 1u], columns[at + 2u]),
-        vec3<real>(columns[at + 3u], columns[at + 4u], columns[at + 5u]),
+        vec3<real>(pairs[c.at], pairs[c.at + c.stride], pairs[c.at + 2u * c.stride]),
+        vec3<real>(
+            pairs[c.at + 3u * c.stride],
+            pairs[c.at + 4u * c.stride],
+            pairs[c.at + 5u * c.stride],
+        ),
     );
 }
 
 // Phi22 of the inboard part and Phi11 of the outboard one.
-fn between(place: u32) -> Inertia {
-    let p = NODE_NUMBERS * place + PHI22;
-    let q = NODE_NUMBERS * place + PHI11;
-    let x = inboard3(p) + outboard3(q);
-    let y = inboard3(p + 3u) + outboard3(q + 3u);
-    let row3 = inboard3(p + 6u) + outboard3(q + 6u);
-    let row4 = inboard3(p + 10u) + outboard3(q + 10u);
-    let row5 = inboard3(p + 15u) + outboard3(q + 15u);
-    let last = inboard3(p + 18u) + outboard3(q + 18u);
-    let xx = inboard_node[p + 9u] + outboard_node[q + 9u];
-    let xy = inboard_node[p + 13u] + outboard_node[q + 13u];
-    let yy = inboard_node[p + 14u] + outboard_node[q + 14u];
+fn between(first: u32) -> Inertia {
+    let p = first + PHI22;
+    let q = first + NODE_NUMBERS + PHI11;
+    let x = shared3(p) + shared3(q);
+    let y = shared3(p + 3u) + shared3(q + 3u);
+    let row3 = shared3(p + 6u) + shared3(q + 6u);
+    let row4 = shared3(p + 10u) + shared3(q + 10u);
+    let row5 = shared3(p + 15u) + shared3(q + 15u);
+    let last = shared3(p + 18u) + shared3(q + 18u);
+    let xx = pairs[p + 9u] + pairs[q + 9u];
+    let xy = pairs[p + 13u] + pairs[q + 13u];
+    let yy = pairs[p + 14u] + pairs[q + 14u];
     return Inertia(
         Sym3(vec3<real>(x.x, x.z, y.z), vec3<real>(y.y, y.x, x.y)),
         transpose(mat3x3<real>(row3, row4, row5)),
@@ -55,17 +71,11 @@ fn between(place: u32) -> Inertia {
     );
 }
 
-// Where the lower triangle of a symmetric matrix has a number.
-fn lower_at(row: u32, other: u32) -> u32 {
-    let i = max(row, other);
-    return i * (i + 1u) / 2u + min(row, other);
-}
-
 // One join of each team, or none; all lanes of the workgroup come here.
 fn go_up_join(seam: Seam, has_join: bool, lane: u32) {
     let place = lane / TEAM;
     let own = lane % TEAM;
-    let first = NODE_NUMBERS * place;
+    let first = PAIR * place;
     if has_join {
         let a = node_at(seam.inboard);
         let b = node_at(seam.outboard);
@@ -73,68 +83,51 @@ fn go_up_join(seam: Seam, has_join: bool, lane: u32) {
             let v = vec4<real>(nodes[a + i]);
             let w = vec4<real>(nodes[b + i]);
             let to = first + 4u * i;
-            inboard_node[to] = v.x;
-            inboard_node[to + 1u] = v.y;
-            inboard_node[to + 2u] = v.z;
-            inboard_node[to + 3u] = v.w;
-            outboard_node[to] = w.x;
-            outboard_node[to + 1u] = w.y;
-            outboard_node[to + 2u] = w.z;
-            outboard_node[to + 3u] = w.w;
+            pairs[to] = v.x;
+            pairs[to + 1u] = v.y;
+            pairs[to + 2u] = v.z;
+            pairs[to + 3u] = v.w;
+            pairs[to + NODE_NUMBERS] = w.x;
+            pairs[to + NODE_NUMBERS + 1u] = w.y;
+            pairs[to + NODE_NUMBERS + 2u] = w.z;
+            pairs[to + NODE_NUMBERS + 3u] = w.w;
         }
     }
     workgroupBarrier();
 
-    // Column 0 to 5 of Phi21 of the inboard part, 6 to 11 of Phi12 of the outboard one, or the bias.
     var factor: Cholesky6;
     var y = force_zero();
-    let first_column = COLUMN_NUMBERS * place;
+    let is_column = has_join && own < COLUMNS;
     if has_join {
-        factor = cholesky6(between(place), 0.0, 0.0);
-        if own < 6u {
-            let row = first + 6u * own;
-            y = Force(inboard3(row), inboard3(row + 3u));
-        } else if own < 12u {
-            let at = first + own - 6u;
-            y = Force(
-                vec3<real>(outboard_node[at], outboard_node[at + 6u], outboard_node[at + 12u]),
-                vec3<real>(outboard_node[at + 18u], outboard_node[at + 24u], outboard_node[at + 30u]),
-            );
-        } else {
-            y = Force(
-                inboard3(first + B2) - outboard3(first + B1),
-                inboard3(first + B2 + 3u) - outboard3(first + B1 + 3u),
-            );
+        factor = cholesky6(between(first), 0.0, 0.0);
+    }
+    if is_column {
+        let at = column_of(first, own);
+        y = column(at);
+        if own == 12u {
+            let b2 = Force(shared3(first + B2), shared3(first + B2 + 3u));
+            y = force_sub(b2, y);
         }
         y = lower6(factor, y);
-        if own < COLUMNS {
-            let at = first_column + 6u * own;
-            columns[at] = y.angular.x;
-            columns[at + 1u] = y.angular.y;
-            columns[at + 2u] = y.angular.z;
-            columns[at + 3u] = y.linear.x;
-            columns[at + 4u] = y.linear.y;
-            columns[at + 5u] = y.linear.z;
-        }
+        pairs[at.at] = y.angular.x;
+        pairs[at.at + at.stride] = y.angular.y;
+        pairs[at.at + 2u * at.stride] = y.angular.z;
+        pairs[at.at + 3u * at.stride] = y.linear.x;
+        pairs[at.at + 4u * at.stride] = y.linear.y;
+        pairs[at.at + 5u * at.stride] = y.linear.z;
     }
     workgroupBarrier();
 
-    if has_join && own < COLUMNS {
-        multiply(first, first_column, own, y, seam.head != NONE);
+    let to = node_at(sizes.chunk_nodes + seam.join);
+    if is_column {
+        multiply(to, first, own, y, seam.head != NONE);
     }
     workgroupBarrier();
 
     if has_join {
-        let to = node_at(sizes.chunk_nodes + seam.join);
-        for (var i = own; i < NODE_SIZE; i += TEAM) {
+        for (var i = B1 / 4u + own; i < NODE_SIZE; i += TEAM) {
             let at = first + 4u * i;
-            tree_put(
-                to + i,
-                inboard_node[at],
-                inboard_node[at + 1u],
-                inboard_node[at + 2u],
-                inboard_node[at + 3u],
-            );
+            tree_put(to + i, pairs[at], pairs[at + 1u], pairs[at + 2u], pairs[at + 3u]);
         }
         if own < COLUMNS {
             let solved = upper6(factor, y);
@@ -160,36 +153,28 @@ fn go_up_join(seam: Seam, has_join: bool, lane: u32) {
 }
 
 // The products of all columns by two: a lane's with the six that follow, in a ring of thirteen, and with
-// itself, so that each pair is one lane's and all have the same number. They make up the whole's node.
-fn multiply(first: u32, first_column: u32, own: u32, y: Force, is_head: bool) {
+// itself, so that each pair is one lane's and all have the same number. They make up the whole's node, `to`.
+fn multiply(to: u32, first: u32, own: u32, y: Force, is_head: bool) {
     let sign: real = select(real(-1.0), real(1.0), is_head);
     for (var step = 0u; step < 7u; step++) {
         let other = select(own + step, own + step - COLUMNS, own + step >= COLUMNS);
-        let z = column(first_column + 6u * other);
+        let z = column(column_of(first, other));
         let product: real = dot(y.angular, z.angular) + dot(y.linear, z.linear);
         let a = min(own, other);
         let b = max(own, other);
         let is_inboard = a < 6u;
-        var to: u32;
-        var factor: real = sign;
-        if b == 12u {
-            to = select(B2 + a - 6u, B1 + a, is_inboard);
-            factor = select(real(1.0), sign, is_inboard);
-        } else if is_inboard == (b < 6u) {
+        if b == 12u && a < 12u {
+            let at = first + select(B2 + a - 6u, B1 + a, is_inboard);
+            let factor: real = select(real(1.0), sign, is_inboard);
+            pairs[at] = pairs[at + select(NODE_NUMBERS, 0u, is_inboard)] + factor * product;
+        } else if is_inboard == (b < 6u) && b < 12u {
             let i = select(b - 6u, b, is_inboard);
             let k = select(a - 6u, a, is_inboard);
-            to = select(PHI22, PHI11, is_inboard) + i * (i + 1u) / 2u + k;
-            factor = select(real(-1.0), sign, is_inboard);
-        } else {
-            to = 6u * a + b - 6u;
-            factor = 1.0;
-        }
-        if a < 12u {
-            var before: real = select(outboard_node[first + to], inboard_node[first + to], is_inboard);
-            if to < B1 {
-                before = 0.0;
-            }
-            inboard_node[first + to] = before + factor * product;
+            let at = first + select(PHI22, PHI11, is_inboard) + i * (i + 1u) / 2u + k;
+            let factor: real = select(real(-1.0), sign, is_inboard);
+            pairs[at] = pairs[at + select(NODE_NUMBERS, 0u, is_inboard)] + factor * product;
+        } else if b < 12u {
+            put_number(to, 6u * a + b - 6u, product);
         }
     }
 }
@@ -197,17 +182,17 @@ fn multiply(first: u32, first_column: u32, own: u32, y: Force, is_head: bool) {
 // A path's inertia and bias force, for the body that carries it.
 fn put_path_rake(rake: u32, first: u32) {
     let p = first + PHI11;
-    let x = inboard3(p);
-    let y = inboard3(p + 3u);
-    let last = inboard3(p + 18u);
+    let x = shared3(p);
+    let y = shared3(p + 3u);
+    let last = shared3(p + 18u);
     let inertia = Inertia(
         Sym3(vec3<real>(x.x, x.z, y.z), vec3<real>(y.y, y.x, x.y)),
-        transpose(mat3x3<real>(inboard3(p + 6u), inboard3(p + 10u), inboard3(p + 15u))),
+        transpose(mat3x3<real>(shared3(p + 6u), shared3(p + 10u), shared3(p + 15u))),
         Sym3(
-            vec3<real>(inboard_node[p + 9u], inboard_node[p + 14u], last.z),
-            vec3<real>(last.y, last.x, inboard_node[p + 13u]),
+            vec3<real>(pairs[p + 9u], pairs[p + 14u], last.z),
+            vec3<real>(last.y, last.x, pairs[p + 13u]),
         ),
     );
-    let bias = Force(inboard3(first + B1), inboard3(first + B1 + 3u));
+    let bias = Force(shared3(first + B1), shared3(first + B1 + 3u));
     put_rake(rake, Rake(inertia, bias, vec2<real>(0.0, 0.0)), real(COARSER));
 }

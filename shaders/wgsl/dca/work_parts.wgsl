@@ -1,5 +1,7 @@
 // Rounds of any kind.
 
+const LANES = 128u;
+
 fn go_up(kind: u32, index: u32) {
     if kind == CHUNK {
         assemble_chunk(index);

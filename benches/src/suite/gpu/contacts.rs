@@ -16,7 +16,7 @@ fn touching(count: usize, unit: f32) -> anyhow::Result<[TriangleMesh; 2]> {
     let mut corners = [Vec::new(), Vec::new()];
     for i in 0..count {
         let cell = Vec3::new((i % 256) as f32, 0.0, (i / 256) as f32) * 16.0;
-        let scale = 2.0_f32.powi((i % 40) as i32 - 20);
+        let scale = 2.0_f32.powi(i32::try_from(i % 40)? - 20);
         let mut corner = || {
             let mut step = || rng.rand_range(0..13) as f32;
             (cell + Vec3::new(step(), step() * scale, step())) * unit

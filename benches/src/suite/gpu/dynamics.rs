@@ -181,7 +181,8 @@ pub(super) fn captured(device: &Device) -> Outcome {
     ])
 }
 
-/// Steps of both integrators, and the poses after them.
+/// Steps of both integrators, and the poses after them. A software driver takes minutes to compile all
+/// kernels for all joints: there each precision has one integrator.
 pub(super) fn steps(device: &Device) -> Outcome {
     let tree = RandomTree {
         count: 100,
@@ -197,10 +198,12 @@ pub(super) fn steps(device: &Device) -> Outcome {
         let mut cpu = vertebra::Simulation::new(model.clone())?.with_integrator(integrator);
         cpu.set_state(state.clone())?;
         *cpu.forces_mut() = forces.clone();
-        for _ in 0..18 {
-            cpu.step(1e-4)?;
-        }
+        cpu.steps(1e-4, 18)?;
         for (chunks, tree, bound) in precisions(device) {
+            let is_fine = tree == Precision::F64;
+            if is_software(device) && is_fine != (integrator == Integrator::RungeKutta4) {
+                continue;
+            }
             let options = Options {
                 integrator,
                 ..options(chunks, tree, 4)
@@ -222,7 +225,7 @@ pub(super) fn steps(device: &Device) -> Outcome {
                 let angle = 1.0 - pose.rotation.dot(expected.rotation).abs();
                 let scale = 1.0 + expected.translation.length();
                 let distance = (pose.translation - expected.translation).length() / scale;
-                apart = apart.max(angle).max(distance);
+                apart = worst_of(apart, worst_of(angle, distance));
             }
             figures.push(Figure::new(name("poses"), apart, 10.0 * bound));
         }

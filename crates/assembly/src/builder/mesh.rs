@@ -34,7 +34,7 @@ pub(super) fn unit_density(
     if volume < 0.0 {
         (volume, first, second) = (-volume, -first, -second);
     }
-    if !(volume > 1e-12 * size) {
+    if volume.is_nan() || volume <= 1e-12 * size {
         return Err(SolidError::NoVolume);
     }
     let center = first / volume;

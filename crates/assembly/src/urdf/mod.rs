@@ -11,8 +11,8 @@
 //!
 //! [`write()`] makes a URDF file of a model, from which [`parse`] gives the model back to the last bit.
 //!
-//! Limits, damping, friction and mimics are kept in the model's joints, which lists them in
-//! [`Model::not_simulated`].
+//! Ranges, efforts, damping and friction are kept in the model's joints, where simulations let them act;
+//! largest speeds and mimics are kept too, and [`Model::not_simulated`] lists them.
 //!
 //! ```
 //! use vertebra_assembly::urdf::{self, Options};

@@ -21,7 +21,7 @@ use crate::parallel;
 use crate::query::ClassifiedPair;
 use crate::transform::RelativePose;
 
-/// Undecided pairs from which on several threads settle them: for fewer, waking threads takes longer.
+/// Pairs from which on several threads look at them: for fewer, waking threads takes longer.
 const MANY: usize = 512;
 
 /// Questions about the meshes of a search, each with its pose.
@@ -127,7 +127,10 @@ impl<'a> Batch<'a> {
             let [a, b] = record.pair;
             Some(ClassifiedPair { a, b, class })
         };
-        Ok(self.meeting()?.iter().filter_map(class).collect())
+        let records = self.meeting()?;
+        let class = |i: usize| class(&records[i]);
+        let classes = parallel::map(threads_for(records.len()), records.len(), class);
+        Ok(classes.into_iter().flatten().collect())
     }
 
     /// Of the only job, where the surfaces meet.
@@ -272,11 +275,7 @@ impl<'a> Batch<'a> {
         part: &'p Found,
     ) -> Result<impl Iterator<Item = &'p Record> + use<'p>, Error> {
         let records = &part.records;
-        let threads = if records.len() > MANY {
-            parallel::available(0)
-        } else {
-            1
-        };
+        let threads = threads_for(records.len());
         let settles = |i: usize| self.settles(part, &records[i]);
         let settled: Vec<bool> = parallel::map(threads, records.len(), settles)
             .into_iter()
@@ -335,6 +334,15 @@ impl<'a> Batch<'a> {
             way: self.way,
             itself: self.itself,
         }
+    }
+}
+
+/// On how many threads to look at so many pairs.
+fn threads_for(pairs: usize) -> usize {
+    if pairs > MANY {
+        parallel::available(0)
+    } else {
+        1
     }
 }
 

@@ -3,7 +3,7 @@
 use super::Work;
 use super::law::{Law, Part};
 use super::motor::Motor;
-use vertebra_assembly::{Body, BodyId, JointKind, Model, Rest, Spring, Stop};
+use vertebra_assembly::{Body, BodyId, JointKind, Model, Rest, Spring, State, Stop};
 use vertebra_spatial::{Quat, Vec3, vec3};
 
 /// Rates below which dry friction holds, as part of the model's unit of rate.
@@ -234,6 +234,30 @@ impl Freedom {
         work.stops += stop;
     }
 
+    /// Adds the work of a step between two states that took forces as they were: their mean over the way.
+    pub(super) fn account_between(&self, from: [f64; 2], to: [f64; 2], work: &mut Work) {
+        let forces = |[q, qd]: [f64; 2]| {
+            let now = Moment {
+                q,
+                qd,
+                h: 0.0,
+                firmness: 0.0,
+            };
+            [
+                -self.stiffness * (q - self.rest),
+                -self.damping * qd,
+                self.motor_law(&now).force(qd),
+                self.stop_law(&now).0.force(qd),
+            ]
+        };
+        let (before, after) = (forces(from), forces(to));
+        let way = 0.5 * (to[0] - from[0]);
+        work.springs += (before[0] + after[0]) * way;
+        work.dampers += (before[1] + after[1]) * way;
+        work.motors += (before[2] + after[2]) * way;
+        work.stops += (before[3] + after[3]) * way;
+    }
+
     /// Energies of the spring and of the rotor.
     pub(super) fn stored(&self, q: f64, qd: f64) -> [f64; 2] {
         let off = q - self.rest;
@@ -300,12 +324,23 @@ impl Ball {
         (force.to_array(), inertia)
     }
 
-    /// Adds the work of a step that changed the rates from `qd` by h times `qdd`.
-    pub(super) fn account(&self, q: &[f64], qd: &[f64], qdd: &[f64], h: f64, work: &mut Work) {
-        let (before, change) = (self.rate(qd), self.rate(qdd) * h);
-        let (after, way) = (before + change, (before + change * 0.5) * h);
-        work.springs -= self.stiffness * (self.off(q) + after * h).dot(way);
-        work.dampers -= self.damping * after.dot(way);
+    /// Adds the work of a step of h between two states, implicit or not.
+    pub(super) fn account(
+        &self,
+        (from, to): (&State, &State),
+        (h, implicit): (f64, bool),
+        work: &mut Work,
+    ) {
+        let (before, after) = (self.rate(&from.qd), self.rate(&to.qd));
+        let way = (before + after) * (0.5 * h);
+        let (off, rate) = if implicit {
+            (self.off(&from.q) + after * h, after)
+        } else {
+            let off = self.off(&from.q) + self.off(&to.q);
+            (off * 0.5, (before + after) * 0.5)
+        };
+        work.springs -= self.stiffness * off.dot(way);
+        work.dampers -= self.damping * rate.dot(way);
     }
 
     /// Energies of the spring and of the rotor.

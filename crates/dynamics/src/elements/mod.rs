@@ -40,9 +40,9 @@ use vertebra_assembly::{BodyId, JointKind, Model, State};
 /// about, so a few do; what has not settled is taken as it is.
 const PASSES: usize = 12;
 
-/// Work done since the start \[J\], by the forces at the end of each step over the way that the mean rate
-/// makes: exact for the kinetic energy of joints whose inertia is constant, and to first order in the step
-/// for others.
+/// Work done since the start \[J\]. Of implicit steps by the forces at the end of each over the way that the
+/// mean rate makes: exact for the kinetic energy of joints whose inertia is constant, and to first order in
+/// the step for others. Of other integrators' by the mean of the forces before and after: to second order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Work {
     /// Of motors.
@@ -305,17 +305,27 @@ impl Elements {
         }
     }
 
-    /// Adds the work of the step that the last solution made.
-    pub(crate) fn account(&mut self, state: &State, h: f64, epsilon: f64) {
+    /// Adds the work of a step of h between two states.
+    pub(crate) fn account(
+        &mut self,
+        (from, to): (&State, &State),
+        (h, integrator): (f64, Integrator),
+        epsilon: f64,
+    ) {
+        let implicit = integrator == Integrator::SemiImplicitEuler;
         for &index in &self.active {
             let freedom = &self.freedoms[index as usize];
-            let now = moment(freedom, state, h, epsilon);
-            let v = now.qd + h * self.qdd[freedom.dof];
-            freedom.account(&now, v, &mut self.work);
+            let (q, dof) = (freedom.q, freedom.dof);
+            if implicit {
+                let now = moment(freedom, from, h, epsilon);
+                freedom.account(&now, to.qd[dof], &mut self.work);
+            } else {
+                let [from, to] = [from, to].map(|state| [state.q[q], state.qd[dof]]);
+                freedom.account_between(from, to, &mut self.work);
+            }
         }
         for ball in &self.balls {
-            let qdd = &self.qdd;
-            ball.account(&state.q, &state.qd, qdd, h, &mut self.work);
+            ball.account((from, to), (h, implicit), &mut self.work);
         }
     }
 

@@ -91,7 +91,7 @@ impl Batch {
     /// # Errors
     /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::PrecisionUnavailable`] of
     /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`];
-    /// [`Error::JointUnavailable`], [`Error::ElementUnavailable`]; [`Error::Gpu`].
+    /// [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`]; [`Error::Gpu`].
     pub fn new(
         device: &Device,
         model: &Model,

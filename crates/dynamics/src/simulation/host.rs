@@ -1,7 +1,9 @@
 //! Steps on the processor.
 
 use crate::integrate::{Stages, Step};
-use crate::{Elements, Error, Forces, Integrator, Monitor, Solver, Workspace, finite_results};
+use crate::{
+    Elements, Error, Forces, Integrator, LoopForces, Monitor, Solver, Workspace, finite_results,
+};
 use vertebra_assembly::{Body, Model, State};
 
 /// The elements, if there is anything for them to do.
@@ -29,19 +31,80 @@ pub(super) struct Host {
     pub(super) solver: Solver,
     next: State,
     stages: Stages,
+    /// The forces and those of the loops, once they have been asked for.
+    held: Option<Forces>,
     /// What acts in the joints; none until there is anything.
     pub(super) elements: Option<Box<Elements>>,
 }
 
 impl Host {
     pub(super) fn new(model: &Model, solver: Solver) -> Self {
-        let elements = Elements::new(model);
+        let elements = || Box::new(Elements::new(model));
         Self {
-            elements: (!elements.is_idle()).then(|| Box::new(elements)),
+            elements: model.first_element().map(|_| elements()),
             solver,
             next: State::neutral(model),
             stages: Stages::new(model),
+            held: None,
         }
+    }
+
+    /// Moves a state until its loops are closed, or leaves it as it is.
+    pub(super) fn close_loops(
+        &mut self,
+        model: &Model,
+        state: &mut State,
+        forces: &Forces,
+    ) -> Result<(), Error> {
+        if !self.solver.has_loops() {
+            return Ok(());
+        }
+        self.next.clone_from(state);
+        self.solver.forward_dynamics(model, state, forces)?;
+        self.solver.close(model, &mut self.next, forces)?;
+        core::mem::swap(state, &mut self.next);
+        Ok(())
+    }
+
+    /// The forces that keep loops and couplings.
+    pub(super) fn loop_forces(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<LoopForces, Error> {
+        let forces = match busy(&mut self.elements) {
+            Some(elements) => elements.load(state, forces, 0.0)?,
+            None => forces,
+        };
+        self.solver.forward_dynamics(model, state, forces)?;
+        Ok(self.solver.loop_forces(model))
+    }
+
+    /// The forces that act without a step, those of elements and loops included, and the solver.
+    pub(super) fn all_forces<'a>(
+        &'a mut self,
+        model: &Model,
+        state: &State,
+        forces: &'a Forces,
+    ) -> Result<(&'a Forces, &'a mut Solver), Error> {
+        let forces = match busy(&mut self.elements) {
+            Some(elements) => elements.load(state, forces, 0.0)?,
+            None => forces,
+        };
+        if !self.solver.has_loops() {
+            return Ok((forces, &mut self.solver));
+        }
+        self.solver.forward_dynamics(model, state, forces)?;
+        let held = self.held.get_or_insert_with(|| Forces::none(model));
+        held.joint.clone_from(&forces.joint);
+        held.joint_inertia.clone_from(&forces.joint_inertia);
+        held.clear_external();
+        for &(body, wrench) in forces.external() {
+            held.push(body, wrench);
+        }
+        self.solver.add_loop_forces(model, held);
+        Ok((held, &mut self.solver))
     }
 
     /// Moves a state on by `h` \[s\], or leaves it as it is.
@@ -76,6 +139,7 @@ impl Host {
         };
         let (solver, stages) = (&mut self.solver, &mut self.stages);
         step.take(integrator, solver, stages, &mut self.next)?;
+        self.solver.close(model, &mut self.next, forces)?;
         let time = state.time;
         finite_results(model, "joint rate", &self.next.qd, time)?;
         let overflowed = |body: &&Body| {
@@ -90,7 +154,8 @@ impl Host {
             });
         }
         if let Some(elements) = &mut self.elements {
-            elements.account(state, h, self.solver.choice().tree.epsilon());
+            let epsilon = self.solver.choice().tree.epsilon();
+            elements.account((state, &self.next), (h, integrator), epsilon);
         }
         core::mem::swap(state, &mut self.next);
         if let Some(monitor) = monitor {

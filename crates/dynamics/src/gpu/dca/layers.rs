@@ -36,8 +36,6 @@ pub(super) struct Rounds {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Width {
     pub(super) lanes: usize,
-    /// The same where there is only one.
-    pub(super) top: usize,
     /// Lanes that a join takes; other items take one.
     pub(super) join: usize,
     /// Rounds that it goes through at most where there are others.
@@ -120,7 +118,7 @@ impl Rounds {
         let end = self.items.len();
         let wide = |round: &usize| {
             let items = self.items[*round].iter();
-            items.map(|&(item, _)| width.of(item)).sum::<usize>() > width.top
+            items.map(|&(item, _)| width.of(item)).sum::<usize>() > width.lanes
         };
         let top = (start..end).rev().find(wide);
         let top = top.map_or(start, |round| round + 1);
@@ -131,11 +129,7 @@ impl Rounds {
             layers.push(self.layer(bound(layer)..bound(layer + 1), width, record, words));
         }
         if top < end {
-            let width = Width {
-                lanes: width.top,
-                ..*width
-            };
-            layers.push(self.layer(top..end, &width, record, words));
+            layers.push(self.layer(top..end, width, record, words));
         }
         layers
     }
@@ -316,7 +310,6 @@ mod tests {
             let rounds = tree(leaves);
             let width = Width {
                 lanes: 128,
-                top: 256,
                 join: 16,
                 rounds: 3,
             };

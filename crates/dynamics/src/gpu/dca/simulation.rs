@@ -75,7 +75,8 @@ impl Simulation {
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
     /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`]; [`Error::Gpu`].
+    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`];
+    /// [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         crate::gpu::check_model(model)?;
         let precisions = options.precisions(device)?;
@@ -86,7 +87,7 @@ impl Simulation {
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
         let plan = Plan::new(model, schedule, &weights);
-        let tables = Tables::new(model, &plan, tree, options.sweeps);
+        let tables = Tables::new(model, &plan, options.sweeps);
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),

@@ -5,7 +5,6 @@
 //! memory, and nothing is padded.
 
 use super::layers::{Item, Layered, Record, Rounds, Width};
-use crate::Precision;
 use crate::dca::plan::{Inboard, Outboard, Parent, Part, Plan, Raked};
 use crate::link::Kind;
 use core::ops::Range;
@@ -19,7 +18,7 @@ const NONE: u32 = u32::MAX;
 
 /// Rounds that one dispatch goes through at most, as far as several workgroups are needed.
 const WORK_ROUNDS: usize = 5;
-const TURN_ROUNDS: usize = 7;
+const TURN_ROUNDS: usize = 9;
 
 /// Flags of slots beside the joint's kind.
 const AT_CENTER: u32 = 8;
@@ -59,7 +58,7 @@ pub(super) struct Tables {
 }
 
 impl Tables {
-    pub(super) fn new(model: &Model, plan: &Plan<f64>, tree: Precision, sweeps: usize) -> Self {
+    pub(super) fn new(model: &Model, plan: &Plan<f64>, sweeps: usize) -> Self {
         let order = Order::new(plan);
         let rakes = Rakes::new(plan, &order);
         let mut tables = Self {
@@ -113,19 +112,13 @@ impl Tables {
             ..tables.sizes
         };
         let mut rounds = rounds(plan, &order, &rakes);
-        let lanes = match tree {
-            Precision::F32 => WORK_LANES as usize,
-            _ => WORK_LANES as usize / 2,
-        };
         let work = Width {
-            lanes,
-            top: WORK_LANES as usize,
+            lanes: WORK_LANES as usize,
             join: TEAM as usize,
             rounds: WORK_ROUNDS,
         };
         let turn = Width {
             lanes: TURN_LANES as usize,
-            top: TURN_LANES as usize,
             join: 1,
             rounds: TURN_ROUNDS,
         };

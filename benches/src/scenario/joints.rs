@@ -1,0 +1,147 @@
+//! The scenario `joints`: steps of a chain with and without springs and dampers in its joints, and the time
+//! it takes to cut a model in two while it moves.
+
+use super::{Measurement, Meter, Selection};
+use crate::row::Row;
+use crate::suite::worst_of;
+use vertebra::generate::{self, Rod};
+use vertebra::schedule::{Schedule, ScheduleOptions};
+use vertebra::{
+    BodyId, Elements, Forces, Model, Precision, Simulation, Spring, State, Workspace, aba,
+    forward_error, forward_kinematics,
+};
+
+/// Name of the scenario on the command line.
+pub const NAME: &str = "joints";
+
+/// Bodies of the chain that takes steps.
+const CHAIN: usize = 2048;
+
+/// Bodies of the models that are cut.
+const CUT: usize = 100_000;
+
+/// Time step \[s\].
+const STEP: f64 = 1e-4;
+
+/// Steps after which a run starts anew: without damping a chain of random rates is soon too fast.
+const STEPS: u32 = 100;
+
+/// The models.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    bare: Model,
+    sprung: Model,
+    cut: [(&'static str, Model); 2],
+    seed: u64,
+}
+
+impl Subject {
+    /// A chain, the same with elements in all joints, and a chain and a tree to be cut.
+    ///
+    /// # Errors
+    /// None in practice: the models can be built.
+    pub fn new(seed: u64) -> anyhow::Result<Self> {
+        let rod = Rod::default();
+        let bare = generate::random_chain(CHAIN, &rod, seed)?;
+        let mut description = bare.describe();
+        for body in &mut description.bodies {
+            body.joint.damping = 0.1;
+            body.joint.spring = Some(Spring::at(10.0, 0.0));
+        }
+        Ok(Self {
+            sprung: description.build()?,
+            cut: [
+                ("chain", generate::random_chain(CUT, &rod, seed)?),
+                ("binary tree", generate::tree(CUT, 2, &rod)?),
+            ],
+            bare,
+            seed,
+        })
+    }
+
+    /// The rows asked for.
+    #[must_use]
+    pub fn measurements<'a>(&'a self, selection: &Selection) -> Vec<Measurement<'a>> {
+        let mut list = Vec::new();
+        for (method, model) in [("step-bare", &self.bare), ("step-elements", &self.sprung)] {
+            if selection.wants(method) {
+                let label = format!("chain of {CHAIN}: {method}");
+                list.push(Measurement::new(label, move |meter| {
+                    self.steps(meter, method, model)
+                }));
+            }
+        }
+        if selection.wants("cut") {
+            for (shape, model) in &self.cut {
+                let label = format!("{shape} of {CUT}: cut");
+                list.push(Measurement::new(label, move |meter| {
+                    self.cut(meter, shape, model)
+                }));
+            }
+        }
+        list
+    }
+
+    /// Semi-implicit Euler steps; the error is that of the first one's accelerations.
+    fn steps(&self, meter: &Meter, method: &str, model: &Model) -> anyhow::Result<Option<Row>> {
+        let state = State::random(model, self.seed);
+        let mut elements = Elements::new(model);
+        let loaded = elements.load(&state, &Forces::none(model), STEP)?;
+        let mut workspace = Workspace::new(model, Precision::F64);
+        let mut reference = Workspace::new(model, Precision::Reference);
+        let qdd = aba(model, &state, loaded, &mut workspace)?.to_vec();
+        aba(model, &state, loaded, &mut reference)?;
+        let error = forward_error(&qdd, &reference)?;
+
+        let mut simulation = Simulation::new(model.clone())?;
+        let mut taken = STEPS;
+        let timing = meter.time(|| {
+            if taken == STEPS {
+                simulation.set_state(state.clone())?;
+                taken = 0;
+            }
+            taken += 1;
+            simulation.step(STEP)
+        })?;
+        Ok(timing.map(|timing| Row {
+            error_forward: Some(error),
+            note: "one state copied in a hundred steps".to_owned(),
+            ..Row::new(NAME, method, "f64", CHAIN as u64, "bodies", &timing)
+        }))
+    }
+
+    /// Cuts a model at the middle body: a new model, its state, and its assembly tree, on one thread. The
+    /// error is what poses have changed by, as part of the model's extent.
+    fn cut(&self, meter: &Meter, shape: &str, model: &Model) -> anyhow::Result<Option<Row>> {
+        let state = State::random(model, self.seed);
+        let middle = BodyId(u32::try_from(model.bodies().len() / 2)?);
+        let cut = || -> anyhow::Result<_> {
+            let mut edit = model.edit(&state)?;
+            edit.cut(middle)?;
+            let edited = edit.finish()?;
+            let bodies = edited.model.bodies();
+            let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
+            let masses: Vec<_> = bodies.iter().map(|body| body.mass.mass).collect();
+            let schedule = Schedule::of_tree(&parents, &masses, &ScheduleOptions::default())?;
+            Ok((edited, schedule))
+        };
+        let (edited, _) = cut()?;
+        let mut before = Workspace::new(model, Precision::F64);
+        forward_kinematics(model, &state, &mut before)?;
+        let mut after = Workspace::new(&edited.model, Precision::F64);
+        forward_kinematics(&edited.model, &edited.state, &mut after)?;
+        let (mut moved, mut extent) = (0.0_f64, 0.0_f64);
+        for (old, new) in model.body_ids().zip(&edited.bodies) {
+            let Some(new) = *new else { continue };
+            let (a, b) = (before.pose(old)?.translation, after.pose(new)?.translation);
+            moved = worst_of(moved, a.distance(b));
+            extent = extent.max(a.length());
+        }
+        let timing = meter.time(cut)?;
+        Ok(timing.map(|timing| Row {
+            error_forward: Some(moved / extent),
+            note: format!("{shape}; a new model, its state and its assembly tree"),
+            ..Row::new(NAME, "cut", "f64", CUT as u64, "bodies", &timing)
+        }))
+    }
+}

@@ -1,0 +1,116 @@
+//! The scenario `loops`: steps of mechanisms with closed loops.
+
+use super::{Measurement, Meter, Selection};
+use crate::row::Row;
+use crate::suite::worst_of;
+use vertebra::{Error, Model, Precision, Simulation, State, mechanism};
+
+/// Name of the group of scenarios.
+pub const NAME: &str = "loops";
+
+/// Time step \[s\].
+pub const STEP: f64 = 1e-3;
+
+/// Steps after which the violation is measured, taken before the clock starts.
+const STEPS: usize = 2000;
+
+/// Steps from the first state before a timed run begins there again.
+const RUN: usize = 512;
+
+/// A mechanism and the state it starts from.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    model: Model,
+    start: State,
+}
+
+/// Mechanisms of every kind: planar, spatial, overconstrained, with many loops.
+///
+/// # Errors
+/// None in practice: the mechanisms are valid.
+pub fn mechanisms() -> Result<Vec<(Model, State)>, Error> {
+    Ok(vec![
+        mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4)?,
+        mechanism::five_bar()?,
+        mechanism::bennett()?,
+        mechanism::bricard()?,
+        mechanism::jansen_leg()?,
+        bulging_mail(3, 4)?,
+    ])
+}
+
+/// Chain mail from a bulge: flat it is singular.
+fn bulging_mail(rows: u32, columns: u32) -> Result<(Model, State), Error> {
+    let (model, mut state) = mechanism::chain_mail(rows as usize, columns as usize)?;
+    for (ring, q) in (0..rows * columns).zip(state.q.chunks_mut(7)) {
+        q[1] = 0.03 * (1.0 + f64::from(ring)).sin();
+    }
+    let mut simulation = Simulation::new(model.clone())?;
+    simulation.set_state(state)?;
+    simulation.close_loops()?;
+    Ok((model, simulation.state()?.clone()))
+}
+
+/// The mechanisms, and a large patch of chain mail unless it is to be quick.
+///
+/// # Errors
+/// None in practice: the mechanisms are valid.
+pub fn subjects(selection: &Selection) -> Result<Vec<Subject>, Error> {
+    let mut all = mechanisms()?;
+    if !selection.quick {
+        all.push(bulging_mail(8, 8)?);
+    }
+    let subject = |(model, start)| Subject { model, start };
+    Ok(all.into_iter().map(subject).collect())
+}
+
+impl Subject {
+    /// A step in each precision asked for.
+    #[must_use]
+    pub fn measurements<'a>(&'a self, selection: &Selection) -> Vec<Measurement<'a>> {
+        let mut list = Vec::new();
+        if selection.wants("step") {
+            for precision in selection.precisions() {
+                let (name, bodies) = (self.model.name(), self.model.bodies().len());
+                let label = format!("{NAME} {name} {bodies} bodies: step {precision}");
+                list.push(Measurement::new(label, move |m| self.step(m, precision)));
+            }
+        }
+        list
+    }
+
+    /// A step of semi-implicit Euler that keeps the loops closed. Error: the largest violation over the size of
+    /// its loop after 2000 steps (`error_residual`).
+    fn step(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
+        let mut simulation = Simulation::new(self.model.clone())?.with_precision(precision)?;
+        simulation.set_state(self.start.clone())?;
+        let mut violation = 0.0_f64;
+        for _ in 0..STEPS {
+            simulation.step(STEP)?;
+        }
+        if let Some(found) = simulation.loop_violation() {
+            violation = worst_of(violation, found.position);
+        }
+        let mut turn = 0;
+        let timing = meter.time(|| {
+            if turn % RUN == 0 {
+                simulation.set_state(self.start.clone())?;
+            }
+            turn += 1;
+            simulation.step(STEP)
+        })?;
+        let loops = self.model.loops().len();
+        Ok(timing.map(|timing| Row {
+            error_residual: Some(violation),
+            note: format!("{loops} loops; the residual is the violation over the loop's size after {STEPS} steps"),
+            ..Row::new(
+                &format!("{NAME} {}", self.model.name()),
+                "step",
+                &precision.to_string(),
+                self.model.bodies().len() as u64,
+                "bodies",
+                &timing,
+            )
+        }))
+    }
+}

@@ -1,0 +1,302 @@
+//! Mechanisms with closed loops in motion: planar and spatial, overconstrained, singular, many loops at once.
+
+#![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
+
+use glam::DVec3;
+use vertebra_assembly::{
+    Joint, JointKind, MassProperties, Mimic, Model, ModelDescription, State, mechanism,
+};
+use vertebra_dynamics::{
+    Algorithm, Error, Integrator, Precision, Simulation, Solver, SolverOptions,
+};
+use vertebra_spatial::Pose;
+
+fn simulation(model: &Model, state: &State, integrator: Integrator) -> Simulation {
+    let mut simulation = Simulation::new(model.clone())
+        .unwrap()
+        .with_integrator(integrator);
+    simulation.set_state(state.clone()).unwrap();
+    simulation
+}
+
+/// Steps under gravity: stays closed, and with Runge-Kutta steps keeps its energy.
+fn swing(model: &Model, state: &State, h: f64, steps: usize) {
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        let mut simulation = simulation(model, state, integrator);
+        let start = simulation.loop_violation().unwrap();
+        assert!(start.position <= 1e-6, "{}: {start:?}", model.name());
+        simulation.close_loops().unwrap();
+        let before = simulation.mechanics().unwrap();
+        let mut largest = before.kinetic_energy;
+        let before = before.kinetic_energy + before.potential_energy;
+        for _ in 0..steps {
+            simulation.step(h).unwrap();
+            largest = largest.max(simulation.mechanics().unwrap().kinetic_energy);
+        }
+        let found = simulation.loop_violation().unwrap();
+        let speed = simulation
+            .state()
+            .unwrap()
+            .qd
+            .iter()
+            .fold(1.0_f64, |m, x| m.max(x.abs()));
+        assert!(found.position <= 1e-10, "{}: {found:?}", model.name());
+        assert!(found.rate <= 1e-7 * speed, "{}: {found:?}", model.name());
+        assert!(
+            largest > 1e-4 * model.gravity().length(),
+            "{} does not move",
+            model.name()
+        );
+        let after = simulation.mechanics().unwrap();
+        let drift = (after.kinetic_energy + after.potential_energy - before).abs() / largest;
+        let bound = match integrator {
+            Integrator::RungeKutta4 => 1e-5,
+            _ => 0.1,
+        };
+        assert!(
+            drift <= bound,
+            "{}, {integrator:?}: energy drifts by {drift:e}",
+            model.name()
+        );
+    }
+}
+
+#[test]
+fn four_bars_and_five_bars() {
+    let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    swing(&model, &state, 1e-3, 1500);
+    let (model, state) = mechanism::five_bar().unwrap();
+    swing(&model, &state, 1e-3, 1000);
+}
+
+#[test]
+fn overconstrained_linkages_move() {
+    let (model, state) = mechanism::bennett().unwrap();
+    swing(&model, &state, 1e-3, 1000);
+    let (model, state) = mechanism::bricard().unwrap();
+    swing(&model, &state, 1e-3, 500);
+}
+
+#[test]
+fn a_leg_of_a_strandbeest() {
+    let (model, state) = mechanism::jansen_leg().unwrap();
+    swing(&model, &state, 5e-4, 800);
+}
+
+/// From a bulge. Flat, the patch is singular: it has rates there that are forbidden nearby.
+#[test]
+fn chain_mail_hangs_together() {
+    let (model, mut state) = mechanism::chain_mail(3, 4).unwrap();
+    for ring in 0..12 {
+        state.q[7 * ring + 1] = 0.03 * (1.0 + ring as f64).sin();
+    }
+    state.qd.fill(0.0);
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    simulation.set_state(state).unwrap();
+    simulation.close_loops().unwrap();
+    let state = simulation.state().unwrap().clone();
+    swing(&model, &state, 1e-3, 200);
+}
+
+/// Legs that push as springs do carry the platform.
+#[test]
+fn a_stewart_platform_rests_on_its_legs() {
+    let (model, state) = mechanism::stewart_platform().unwrap();
+    let mut simulation = simulation(&model, &state, Integrator::SemiImplicitEuler);
+    assert!(simulation.loop_violation().unwrap().position <= 1e-12);
+    let legs: Vec<(usize, usize)> = (model.bodies().iter())
+        .filter(|body| matches!(body.joint.kind, JointKind::Prismatic { .. }))
+        .map(|body| (body.position_start, body.dof_start))
+        .collect();
+    for _ in 0..1500 {
+        for &(q, dof) in &legs {
+            let push = -4e3 * simulation.state().unwrap().q[q]
+                - 200.0 * simulation.state().unwrap().qd[dof];
+            simulation.forces_mut().joint[dof] = push;
+        }
+        simulation.step(1e-3).unwrap();
+    }
+    let found = simulation.loop_violation().unwrap();
+    assert!(found.position <= 1e-10, "{found:?}");
+    let height = simulation.state().unwrap().q[2];
+    assert!((-0.05..0.0).contains(&height), "{height}");
+    // The legs' joints carry the platform's weight, and half the legs' at most beside.
+    let forces = simulation.loop_forces().unwrap();
+    let lift: f64 = forces.loops.iter().map(|wrench| wrench.force.z).sum();
+    assert!((lift - 5.0 * 9.81).abs() <= 0.2, "{lift}");
+}
+
+/// A parallelogram folds flat twice a turn, where it may also become an antiparallelogram.
+#[test]
+fn change_points_are_passed() {
+    let (model, mut state) = mechanism::four_bar(1.0, 0.4, 1.0, 0.4, 1.0).unwrap();
+    state.qd = vec![3.0, -3.0, 3.0];
+    for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+        let mut simulation = simulation(&model, &state, integrator);
+        for _ in 0..4000 {
+            simulation.step(1e-3).unwrap();
+            let found = simulation.loop_violation().unwrap();
+            assert!(found.position <= 1e-8, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn loops_stay_closed_in_f32_too() {
+    for (model, state) in [
+        mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap(),
+        mechanism::bennett().unwrap(),
+        mechanism::jansen_leg().unwrap(),
+    ] {
+        let mut simulation = Simulation::new(model)
+            .unwrap()
+            .with_precision(Precision::F32)
+            .unwrap();
+        simulation.set_state(state).unwrap();
+        for _ in 0..300 {
+            simulation.step(1e-3).unwrap();
+        }
+        let found = simulation.loop_violation().unwrap();
+        assert!(found.position <= 1e-8 && found.rate <= 1e-4, "{found:?}");
+    }
+}
+
+/// What Runge-Kutta steps lose with half the step is a sixteenth.
+#[test]
+fn steps_keep_their_order() {
+    let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    let end = |integrator, steps: u32| {
+        let mut simulation = simulation(&model, &state, integrator);
+        for _ in 0..steps {
+            simulation.step(0.2 / f64::from(steps)).unwrap();
+        }
+        simulation.state().unwrap().q.clone()
+    };
+    let exact = end(Integrator::RungeKutta4, 640);
+    let error = |integrator, steps| {
+        let found = end(integrator, steps);
+        found
+            .iter()
+            .zip(&exact)
+            .fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()))
+    };
+    for (integrator, order) in [
+        (Integrator::SemiImplicitEuler, 1.0),
+        (Integrator::RungeKutta4, 4.0),
+    ] {
+        let slope = (error(integrator, 20) / error(integrator, 80)).log2() / 2.0;
+        assert!((slope - order).abs() < 0.4, "{integrator:?}: order {slope}");
+    }
+}
+
+/// Springs, dampers, rotors and stops in the joints of a linkage: it comes to rest, closed.
+#[test]
+fn elements_act_in_closed_loops() {
+    let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    let mut description = model.describe();
+    for body in &mut description.bodies {
+        body.joint.damping = 0.5;
+        body.joint.armature = 0.01;
+    }
+    let model = description.build().unwrap();
+    let mut simulation = simulation(&model, &state, Integrator::SemiImplicitEuler);
+    let start = simulation.mechanics().unwrap().potential_energy;
+    for _ in 0..8000 {
+        simulation.step(1e-3).unwrap();
+    }
+    let found = simulation.loop_violation().unwrap();
+    assert!(found.position <= 1e-12, "{found:?}");
+    let end = simulation.mechanics().unwrap();
+    let lost = start - end.potential_energy;
+    assert!(
+        lost > 0.1 && end.kinetic_energy <= 1e-6 * lost,
+        "{lost}, {end:?}"
+    );
+    let dampers = simulation.work().dampers;
+    assert!((dampers + lost).abs() <= 0.02 * lost, "{dampers} of {lost}");
+}
+
+/// A rolls on B: two hinges coupled move as one with the inertia of both, the follower's times the ratio squared.
+#[test]
+fn coupled_joints_move_as_one() {
+    let wheel = MassProperties::rod(2.0, 0.1, 0.3);
+    let description = ModelDescription::new("gears")
+        .gravity(DVec3::ZERO)
+        .body("driver", None, Joint::revolute(DVec3::Z), wheel)
+        .body("driven", None, Joint::revolute(DVec3::Z), wheel);
+    let ratio = -2.5;
+    let coupled = description
+        .clone()
+        .couple("mesh", "driven", "driver", ratio, 0.3)
+        .build()
+        .unwrap();
+    let mut mimicking = description;
+    mimicking.bodies[1].joint.mimic = Some(Mimic {
+        body: "driver".to_owned(),
+        multiplier: ratio,
+        offset: 0.3,
+    });
+    let mimicking = mimicking.build().unwrap();
+    assert!(mimicking.not_simulated().is_empty());
+    for model in [coupled, mimicking] {
+        let mut simulation = Simulation::new(model.clone()).unwrap();
+        simulation.close_loops().unwrap();
+        let q = simulation.state().unwrap().q.clone();
+        assert!((q[1] - ratio * q[0] - 0.3).abs() <= 1e-14, "{q:?}");
+        simulation.forces_mut().joint[0] = 1.5;
+        let inertia = wheel.about(DVec3::ZERO).z_axis.z;
+        let expected = 1.5 / (inertia * (1.0 + ratio * ratio));
+        let qdd = simulation
+            .solve()
+            .unwrap()
+            .joint_accelerations()
+            .unwrap()
+            .to_vec();
+        assert!((qdd[0] - expected).abs() <= 1e-12 * expected);
+        assert!((qdd[1] - ratio * expected).abs() <= 1e-12 * expected);
+        let forces = simulation.loop_forces().unwrap();
+        assert!((forces.couplings[0] - inertia * ratio * expected).abs() <= 1e-9);
+        for _ in 0..100 {
+            simulation.step(0.01).unwrap();
+        }
+        assert!(simulation.loop_violation().unwrap().position <= 1e-13);
+    }
+}
+
+#[test]
+fn what_cannot_be_closed_is_refused_by_name() {
+    let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    let refused = Solver::new(&model, &SolverOptions::to_tolerance(1e-9));
+    assert!(matches!(refused, Err(Error::LoopsUnavailable { .. })));
+    let options = SolverOptions {
+        algorithm: Some(Algorithm::Dca),
+        ..SolverOptions::default()
+    };
+    let error = Solver::new(&model, &options).unwrap_err();
+    assert!(error.to_string().contains("pin"), "{error}");
+
+    // The coupler is too short to reach.
+    let mut description = model.describe();
+    description.loops[0].placements[0] = Pose::from_translation(DVec3::NEG_Z * 5.0);
+    let mut simulation = Simulation::new(description.build().unwrap()).unwrap();
+    simulation.set_state(state.clone()).unwrap();
+    let error = simulation.close_loops().unwrap_err();
+    assert!(matches!(error, Error::LoopNotClosed { .. }), "{error}");
+    assert_eq!(simulation.state().unwrap(), &state);
+    assert!(simulation.step(1e-3).is_err());
+    assert_eq!(simulation.state().unwrap(), &state);
+}
+
+#[test]
+fn loops_close_from_afar() {
+    let (model, state) = mechanism::jansen_leg().unwrap();
+    let mut simulation = Simulation::new(model).unwrap();
+    let mut far = state;
+    for (k, q) in far.q.iter_mut().enumerate().skip(1) {
+        *q += 0.2 * (k as f64).sin();
+    }
+    simulation.set_state(far).unwrap();
+    assert!(simulation.loop_violation().unwrap().position > 0.05);
+    simulation.close_loops().unwrap();
+    assert!(simulation.loop_violation().unwrap().position <= 1e-12);
+}

@@ -1,1 +1,0 @@
-const LANES = 128u;
