@@ -4,7 +4,7 @@ use std::path::Path;
 use thiserror::Error;
 #[cfg(any(feature = "mjcf", feature = "sdf"))]
 use vertebra_assembly::xml::{XmlError, XmlProblem};
-use vertebra_assembly::{Location, ModelError};
+use vertebra_assembly::{Location, ModelError, SolidError};
 
 /// Why a file was refused: where, and what is wrong there.
 #[derive(Debug, Error)]
@@ -87,16 +87,9 @@ pub enum Problem {
         /// The mesh.
         mesh: String,
     },
-    /// A mesh that does not enclose a volume.
-    #[error(
-        "the mesh `{mesh}` does not enclose a volume: {reason}; close it, or state the inertia"
-    )]
-    OpenMesh {
-        /// The mesh.
-        mesh: String,
-        /// Why not.
-        reason: crate::OpenMesh,
-    },
+    /// A shape that encloses no volume.
+    #[error("its mass cannot be found: {0}")]
+    Solid(SolidError),
     /// Two statements of which only one can hold.
     #[error("{first} and {second} contradict each other; keep one")]
     Contradiction {

@@ -30,7 +30,7 @@ pub mod strands;
 mod tree;
 
 pub use error::{FileError, Problem};
-pub use shape::{OpenMesh, Part, Shape, TriangleSoup};
+pub use shape::{Part, Shape, TriangleSoup};
 pub use vertebra_assembly::{Ignored, Location};
 
 use std::path::Path;

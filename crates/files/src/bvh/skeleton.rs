@@ -222,9 +222,13 @@ fn capsule(end: DVec3, options: &Options) -> Option<(Pose, Shape)> {
     }
     let rotation = DQuat::from_rotation_arc(DVec3::Z, end / length);
     let radius = options.thickness * length;
-    let shape = Shape::Capsule {
-        radius,
-        length: (length - 2.0 * radius).max(0.0),
+    let shape = match length - 2.0 * radius {
+        barrel if barrel > 0.0 => Shape::Capsule {
+            radius,
+            length: barrel,
+        },
+        // Thicker than long.
+        _ => Shape::Sphere { radius },
     };
     Some((Pose::new(rotation, end * 0.5), shape))
 }

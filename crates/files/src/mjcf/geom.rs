@@ -186,20 +186,12 @@ fn mass<'a>(
     if !weighs {
         return Ok(Ok(MassProperties::MASSLESS));
     }
-    let open = |reason| Problem::OpenMesh {
-        mesh: element
-            .source("mesh")
-            .attribute("mesh")
-            .unwrap_or_default()
-            .to_owned(),
-        reason,
-    };
     Ok(match stated {
         None if density == 0.0 => Ok(MassProperties::MASSLESS),
-        None => shape.mass_properties(density).map_err(open),
+        None => shape.mass_properties(density).map_err(Problem::Solid),
         Some(stated) => shape
             .mass_properties(1.0)
-            .map_err(open)
+            .map_err(Problem::Solid)
             .map(|unit| MassProperties {
                 mass: stated,
                 inertia: unit.inertia * (stated / unit.mass),

@@ -119,10 +119,7 @@ fn of_shapes(
     for (placement, shape) in collisions {
         let part = match shape.mass_properties(density) {
             Ok(part) => part.placed(placement),
-            Err(reason) => {
-                let mesh = String::new();
-                return refuse(Problem::OpenMesh { mesh, reason });
-            }
+            Err(reason) => return refuse(Problem::Solid(reason)),
         };
         sum = Some(sum.map_or(part, |sum| sum.combined(&part)));
     }

@@ -1,0 +1,72 @@
+//! What the scenes share: how long they run, and a file of what they did.
+//!
+//! `cargo run --release --example rope -- 5 rope.glb` runs for 5 s and writes an animation; with `.json`
+//! the poses as a table. Without arguments a scene takes its first few steps only.
+
+use std::error::Error;
+use std::path::PathBuf;
+use vertebra::files::Part;
+use vertebra::files::recording::Recording;
+use vertebra::{Model, Simulation};
+
+/// What a scene is told on the command line.
+pub(crate) struct Scene {
+    /// Time step \[s\].
+    step: f64,
+    steps: usize,
+    /// Steps between two frames.
+    stride: usize,
+    file: Option<PathBuf>,
+    recording: Recording,
+}
+
+impl Scene {
+    /// A scene of steps \[s\], drawn every `frame` \[s\]; without arguments it takes `few` steps.
+    pub(crate) fn new(
+        model: &Model,
+        parts: Vec<Part>,
+        [step, frame]: [f64; 2],
+        few: usize,
+    ) -> Result<Self, Box<dyn Error>> {
+        let mut arguments = std::env::args().skip(1);
+        let count = |time: f64| {
+            (1..)
+                .take_while(|&n| f64::from(n) * step < time + 0.5 * step)
+                .count()
+        };
+        let steps = match arguments.next() {
+            Some(seconds) => count(seconds.parse()?),
+            None => few,
+        };
+        Ok(Self {
+            step,
+            steps,
+            stride: count(frame).max(1),
+            file: arguments.next().map(PathBuf::from),
+            recording: Recording::new(model, parts),
+        })
+    }
+
+    /// Steps the simulation, after `act` has set what acts in each step; writes the file if one is
+    /// asked for.
+    pub(crate) fn run(
+        mut self,
+        simulation: &mut Simulation,
+        mut act: impl FnMut(&mut Simulation) -> Result<(), Box<dyn Error>>,
+    ) -> Result<(), Box<dyn Error>> {
+        for step in 0..=self.steps {
+            if self.file.is_some() && step % self.stride == 0 {
+                let time = simulation.time();
+                self.recording.push(time, simulation.poses()?)?;
+            }
+            if step < self.steps {
+                act(simulation)?;
+                simulation.step(self.step)?;
+            }
+        }
+        if let Some(file) = self.file {
+            self.recording.save(&file)?;
+        }
+        Ok(())
+    }
+}
