@@ -10,6 +10,8 @@ const SPAN: u32 = 60u;
 // Words of the record of a pair: its name and the coordinates of its corners.
 const RECORD: u32 = 21u;
 const CORNERS: u32 = 3u;
+// Determinants of a pair: six sides, and the order of two pairs of ends.
+const SIGNS: u32 = 8u;
 
 // Whether pairs that meet are left to the host, for more than that they do.
 override LEAVE_HITS: u32 = 0u;
@@ -57,57 +59,37 @@ fn scaled(word: u32, unit: u32) -> vec2<u32> {
     return value;
 }
 
-struct Point {
-    x: vec2<u32>,
-    y: vec2<u32>,
-    z: vec2<u32>,
+// The difference of two corners of a record, from p to q.
+fn edge(record: u32, unit: u32, p: u32, q: u32) -> array<vec2<u32>, 3> {
+    let p_at = record + 3u + 3u * p;
+    let q_at = record + 3u + 3u * q;
+    var edge: array<vec2<u32>, 3>;
+    for (var axis = 0u; axis < 3u; axis++) {
+        edge[axis] = difference(scaled(records[q_at + axis], unit), scaled(records[p_at + axis], unit));
+    }
+    return edge;
 }
 
-fn corner(record: u32, k: u32, unit: u32) -> Point {
-    let at = record + 3u + 3u * k;
-    return Point(
-        scaled(records[at], unit),
-        scaled(records[at + 1u], unit),
-        scaled(records[at + 2u], unit),
-    );
-}
-
-fn towards(p: Point, q: Point) -> Point {
-    return Point(difference(q.x, p.x), difference(q.y, p.y), difference(q.z, p.z));
-}
-
-fn minor(a: vec2<u32>, b: vec2<u32>, c: vec2<u32>, d: vec2<u32>) -> Int {
-    return minus(times(widened(a), widened(b)), times(widened(c), widened(d)));
-}
-
-// The side of a point against the plane through three others: the sign of det(q - p, r - p, s - p).
-fn side_of(p: Point, q: Point, r: Point, s: Point) -> i32 {
-    let u = towards(p, q);
-    let v = towards(p, r);
-    let w = towards(p, s);
-    let along_x = times(minor(u.y, v.z, u.z, v.y), widened(w.x));
-    let along_y = times(minor(u.z, v.x, u.x, v.z), widened(w.y));
-    let along_z = times(minor(u.x, v.y, u.y, v.x), widened(w.z));
-    return sign_of(plus(plus(along_x, along_y), along_z));
+// The side of the last of four corners against the plane through the others: the sign of det(q - p, r - p, s - p).
+fn side_of(record: u32, unit: u32, corners: vec4<u32>) -> i32 {
+    var u = edge(record, unit, corners.x, corners.y);
+    var v = edge(record, unit, corners.x, corners.z);
+    var w = edge(record, unit, corners.x, corners.w);
+    var all = widened(vec2<u32>(0u));
+    for (var axis = 0u; axis < 3u; axis++) {
+        let next = (axis + 1u) % 3u;
+        let last = (axis + 2u) % 3u;
+        let one = times(widened(u[next]), widened(v[last]));
+        let other = times(widened(u[last]), widened(v[next]));
+        all = plus(all, times(minus(one, other), widened(w[axis])));
+    }
+    return sign_of(all);
 }
 
 // The sides of the corners of a triangle against the plane of another, as bits.
 struct Sides {
     positive: u32,
     negative: u32,
-}
-
-fn sides(record: u32, unit: u32, plane_at: u32, corners_at: u32) -> Sides {
-    let p = corner(record, plane_at, unit);
-    let q = corner(record, plane_at + 1u, unit);
-    let r = corner(record, plane_at + 2u, unit);
-    var sides = Sides(0u, 0u);
-    for (var k = 0u; k < CORNERS; k++) {
-        let side = side_of(p, q, r, corner(record, corners_at + k, unit));
-        sides.positive |= select(0u, 1u << k, side > 0);
-        sides.negative |= select(0u, 1u << k, side < 0);
-    }
-    return sides;
 }
 
 fn strictly_one(sides: Sides) -> bool {
@@ -137,18 +119,12 @@ fn part_of(sides: Sides) -> Part {
     return part;
 }
 
-// How an end of B's part lies to an end of A's along the line of both planes: the ends of A's part from first to second
-// run along that line where its hub is on the negative side, those of B where it is on the positive.
-fn order(record: u32, unit: u32, a: Part, b: Part, reversed: bool) -> i32 {
+// The corners whose determinant says how an end of B's part lies to an end of A's along the line of both planes: A's part
+// runs along it from its first end to its second where its hub is on the negative side, B's where it is on the positive.
+fn ends_of(a: Part, b: Part, reversed: bool) -> vec4<u32> {
     let start = select(a.ends.x, a.ends.y, a.positive != reversed);
     let end = select(b.ends.x, b.ends.y, b.positive != reversed);
-    let side = side_of(
-        corner(record, a.hub, unit),
-        corner(record, start, unit),
-        corner(record, CORNERS + b.hub, unit),
-        corner(record, CORNERS + end, unit),
-    );
-    return select(-side, side, (a.positive == b.positive) != reversed);
+    return vec4<u32>(a.hub, start, CORNERS + b.hub, CORNERS + end);
 }
 
 // Whether two triangles of one mesh have a corner in common, or may have: zeros have two names.
@@ -182,26 +158,48 @@ fn decided(record: u32, job: Job) -> u32 {
             top = max(top, place_of(word) + 24u);
         }
     }
-    if unit == 0xffffffffu || top - unit > SPAN {
+    if unit == 0xffffffffu {
         return OPEN;
     }
-    let of_a = sides(record, unit, CORNERS, 0u);
-    if strictly_one(of_a) {
-        return MISS;
+    // One place in the code for all determinants, and a loop that nobody unrolls: else drivers compile for seconds.
+    let signs = select(SIGNS, 0u, top - unit > SPAN);
+    var of_a = Sides(0u, 0u);
+    var of_b = Sides(0u, 0u);
+    var a: Part;
+    var b: Part;
+    for (var k = 0u; k < signs; k++) {
+        let reversed = k == SIGNS - 1u;
+        var corners = ends_of(a, b, reversed);
+        if k < CORNERS {
+            corners = vec4<u32>(3u, 4u, 5u, k);
+        } else if k < 2u * CORNERS {
+            corners = vec4<u32>(0u, 1u, 2u, k);
+        }
+        let side = side_of(record, unit, corners);
+        let positive = select(0u, 1u << (k % CORNERS), side > 0);
+        let negative = select(0u, 1u << (k % CORNERS), side < 0);
+        if k < CORNERS {
+            of_a = Sides(of_a.positive | positive, of_a.negative | negative);
+        } else if k < 2u * CORNERS {
+            of_b = Sides(of_b.positive | positive, of_b.negative | negative);
+        } else if select(-side, side, (a.positive == b.positive) != reversed) < 0 {
+            return MISS;
+        }
+        if k + 1u == CORNERS && strictly_one(of_a) {
+            return MISS;
+        }
+        if k + 1u == 2u * CORNERS {
+            if strictly_one(of_b) {
+                return MISS;
+            }
+            if (of_a.positive | of_a.negative) == 0u || (of_b.positive | of_b.negative) == 0u {
+                return OPEN;
+            }
+            a = part_of(of_a);
+            b = part_of(of_b);
+        }
     }
-    let of_b = sides(record, unit, 0u, CORNERS);
-    if strictly_one(of_b) {
-        return MISS;
-    }
-    if (of_a.positive | of_a.negative) == 0u || (of_b.positive | of_b.negative) == 0u {
-        return OPEN;
-    }
-    let a = part_of(of_a);
-    let b = part_of(of_b);
-    if order(record, unit, a, b, false) < 0 || order(record, unit, a, b, true) < 0 {
-        return MISS;
-    }
-    return HIT;
+    return select(OPEN, HIT, signs == SIGNS);
 }
 
 @compute @workgroup_size(64)
