@@ -8,7 +8,7 @@ use core::fmt;
 #[cfg(feature = "gpu")]
 use vertebra_assembly::Model;
 
-/// What a [`Solver`] or a [`Simulation`](crate::Simulation) has picked, and why: printed, a sentence.
+/// What a [`Solver`](crate::Solver) or a [`Simulation`](crate::Simulation) has picked, and why: printed, a sentence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Choice {
     /// The algorithm.
