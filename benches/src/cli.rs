@@ -176,8 +176,8 @@ pub struct MotionArgs {
     /// Only see that everything runs.
     #[arg(long)]
     pub quick: bool,
-    /// Length of a run in simulated time \[s\].
-    #[arg(long, default_value_t = 60.0)]
+    /// Simulated seconds of a run.
+    #[arg(long, default_value_t = 60.0, value_parser = positive_seconds)]
     pub seconds: f64,
     /// Folder for motion.json, motion.md and plots.
     #[arg(long, default_value = "target/motion", value_name = "DIR")]
@@ -190,7 +190,7 @@ pub struct FuzzArgs {
     /// Number of models.
     #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     pub models: u64,
-    /// Stop after so long \[s\].
+    /// Stop after so many seconds.
     #[arg(long)]
     pub seconds: Option<u64>,
     /// Seed of everything random.
@@ -459,6 +459,14 @@ fn parse_pose(text: &str) -> Result<Pose, String> {
         return Err("the quaternion must be finite and not zero".to_owned());
     }
     Ok(Pose::new(rotation.normalize(), DVec3::new(x, y, z)))
+}
+
+/// A time \[s\] that is finite and above zero.
+fn positive_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() && seconds > 0.0 => Ok(seconds),
+        _ => Err("give a number of seconds above zero".to_owned()),
+    }
 }
 
 #[cfg(test)]

@@ -23,6 +23,9 @@ use vertebra_spatial::{
 /// Forward dynamics: the joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
 /// [`Workspace::acceleration`] has those of the bodies afterwards.
 ///
+/// Like all functions of one state's dynamics it sees the tree alone: closed loops are held by
+/// [`Solver`](crate::Solver) and [`Simulation`](crate::Simulation), and what acts in joints by the latter.
+///
 /// # Errors
 /// [`Error`] if an input does not fit the model, if a joint moves no inertia in this position, or if
 /// the result overflows.

@@ -101,7 +101,8 @@ impl Collider {
     /// Another number of vertices, or a coordinate that is not finite; then nothing changes. [`Error::Device`].
     pub fn set_vertices(&mut self, vertices: Vec<Vec3>) -> Result<(), Error> {
         self.mesh.set_vertices(vertices)?;
-        self.resident.vertices.write(&coordinates(&self.mesh))?;
+        let written = self.resident.vertices.write(&coordinates(&self.mesh));
+        written.map_err(|error| self.resident.fail(error.into()))?;
         self.refit()
     }
 
@@ -124,7 +125,9 @@ impl Collider {
     ///
     /// [`Error::Device`].
     pub fn rebuild(&mut self) -> Result<(), Error> {
-        self.resident.rebuild()?;
+        let rebuilt = self.resident.rebuild();
+        rebuilt.map_err(|error| self.resident.fail(error))?;
+        self.resident.check()?;
         self.built = self.quality.measure()?;
         Ok(())
     }
@@ -237,9 +240,16 @@ impl Resident {
     }
 
     pub(super) fn refit(&self) -> Result<(), Error> {
-        let pending = self.fit.run()?;
+        let pending = self.fit.run().map_err(|error| self.fail(error.into()))?;
         *self.refit.lock().unwrap_or_else(PoisonError::into_inner) = Refit::UnderWay(pending);
         Ok(())
+    }
+
+    /// Boxes that may not be those of the triangles would hide pairs: until they are fitted again, questions answer
+    /// with what went wrong.
+    fn fail(&self, error: Error) -> Error {
+        *self.refit.lock().unwrap_or_else(PoisonError::into_inner) = Refit::Failed(error.clone());
+        error
     }
 
     /// The tree.

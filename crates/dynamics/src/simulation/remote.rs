@@ -40,11 +40,12 @@ impl Remote {
         if options.tolerance.is_some() {
             return Err(unavailable("a solution to a tolerance"));
         }
+        let own = self.simulation.options();
         let options = gpu::Options {
             chunks: Some(options.precision),
             tree: Some(options.tree.unwrap_or(options.precision)),
-            schedule: options.schedule,
-            ..gpu::Options::default()
+            schedule: options.schedule.or(own.schedule),
+            ..*own
         };
         Self::new(&self.device, model, &options)
     }

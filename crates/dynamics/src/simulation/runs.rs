@@ -26,7 +26,10 @@ impl Runs {
             let forced = !device.is_where_faster();
             let suits = crate::gpu::check_model(model).is_ok();
             if forced || (expected.on_gpu && suits) {
-                return Self::on_gpu(gpu, model, &options, (expected, forced));
+                match Self::on_gpu(gpu, model, &options, (expected, forced)) {
+                    Err(Error::ModelTooLarge { .. }) if !forced => {}
+                    outcome => return outcome,
+                }
             }
             gpu_s = expected.gpu_s;
         }

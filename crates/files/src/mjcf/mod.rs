@@ -81,6 +81,8 @@ pub struct Robot {
     /// Motors and servos.
     pub actuators: Vec<Actuator>,
     /// What holds bodies together beside their joints.
+    ///
+    /// The model does not hold them: close them by [`ModelDescription::close`](vertebra_assembly::ModelDescription::close).
     pub couplings: Vec<Coupling>,
     /// The step the file asks for \[s\].
     pub time_step: Option<f64>,

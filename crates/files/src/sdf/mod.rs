@@ -53,6 +53,8 @@ pub struct Import {
     /// The body that each joint carries, by the joint's name.
     pub joints: BTreeMap<String, BodyId>,
     /// Joints that carry a link which another joint carries already.
+    ///
+    /// The model does not hold them: close them by [`ModelDescription::close`](vertebra_assembly::ModelDescription::close).
     pub closures: Vec<Closure>,
     /// Elements that have no effect, in the order of their lines.
     pub ignored: Vec<Ignored>,

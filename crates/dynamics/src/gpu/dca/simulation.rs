@@ -229,18 +229,25 @@ impl Simulation {
         self.set_step(h)?;
         self.turn()?;
         let tables = &self.tables;
-        let mut under_way: VecDeque<(usize, Pending)> = VecDeque::new();
+        let mut under_way: VecDeque<Pending> = VecDeque::new();
         let (mut failure, mut left) = (None, count);
+        // What the device refused: as steps before it may be done, time goes with them all the same.
+        let mut broken: Option<Error> = None;
         while left > 0 || !under_way.is_empty() {
             if left > 0 && under_way.len() < UNDER_WAY {
                 let steps = if left >= BLOCK { BLOCK } else { 1 };
                 let task = Task::Steps(self.integrator, steps);
-                let pending = in_engine!(&mut self.engines, engine => engine.run(tables, task))?;
-                under_way.push_back((steps, pending));
+                match in_engine!(&mut self.engines, engine => engine.run(tables, task)) {
+                    Ok(pending) => under_way.push_back(pending),
+                    Err(error) => {
+                        broken = Some(error.into());
+                        break;
+                    }
+                }
                 left -= steps;
                 continue;
             }
-            let Some((_, pending)) = under_way.pop_front() else {
+            let Some(pending) = under_way.pop_front() else {
                 break;
             };
             match pending.wait() {
@@ -254,26 +261,35 @@ impl Simulation {
                     self.dispatch_times.extend(times);
                 }
                 Err(error) => {
-                    failure = Some(engine::gravest(error)?);
+                    match engine::gravest(error) {
+                        Ok(gravest) => failure = Some(gravest),
+                        Err(error) => broken = Some(error.into()),
+                    }
                     break;
                 }
             }
         }
         // After a failure those that follow change nothing.
-        for (_, pending) in under_way {
-            pending.wait_for_all()?;
+        for pending in under_way {
+            if let Err(error) = pending.wait_for_all() {
+                broken.get_or_insert_with(|| error.into());
+            }
         }
-        let done = match &failure {
-            None => count,
-            Some(_) => {
-                let control = in_engine!(&mut self.engines, engine => engine.read_control(tables))?;
-                control[STEPS].wrapping_sub(self.taken) as usize
+        let done = if failure.is_none() && broken.is_none() {
+            count
+        } else {
+            match in_engine!(&mut self.engines, engine => engine.read_control(tables)) {
+                Ok(control) => control[STEPS].wrapping_sub(self.taken) as usize,
+                Err(error) => return Err(broken.unwrap_or_else(|| error.into())),
             }
         };
         for _ in 0..done {
             self.time += h;
         }
         self.taken = self.taken.wrapping_add(engine::number(done));
+        if let Some(error) = broken {
+            return Err(error);
+        }
         let Some((stage, body)) = failure else {
             return Ok(());
         };
