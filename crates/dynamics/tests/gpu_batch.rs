@@ -336,8 +336,12 @@ fn new_forces_act_on_the_state_reached() {
     batch.set_states(&states).unwrap();
     let failed = batch.steps(1e-3, 2).unwrap_err();
     let before = batch.states().unwrap();
+    batch.solve_on_device().unwrap();
+    let solved = batch.accelerations_of_each().unwrap();
+    assert!(solved[0].as_ref().unwrap().iter().any(|a| *a != 0.0));
     batch.set_forces(&forces).unwrap();
     assert_eq!(batch.states().unwrap(), before);
+    assert_eq!(batch.accelerations_of_each().unwrap(), solved);
     assert_eq!(batch.steps(1e-3, 1).unwrap_err(), failed);
     let mut alone = Batch::new(&device, &model, 8, &options(Precision::F32, 2)).unwrap();
     alone.set_forces(&forces).unwrap();

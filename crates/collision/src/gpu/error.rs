@@ -32,6 +32,18 @@ pub enum Error {
         /// What it allows \[byte].
         available: u64,
     },
+    /// A matrix of all pairs does not fit into memory.
+    #[error(
+        "a matrix of {rows} by {columns} pairs takes {bytes} bytes, and there is no such memory: ask for pairs, a mask or a count"
+    )]
+    MatrixTooLarge {
+        /// Triangles of A.
+        rows: u32,
+        /// Triangles of B.
+        columns: u32,
+        /// What it would take \[byte].
+        bytes: u64,
+    },
     /// A device was asked for.
     #[error(
         "a GPU was asked for and no device given: open one with `Device::auto`, or leave the choice open"

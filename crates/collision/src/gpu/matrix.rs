@@ -32,7 +32,7 @@ impl PairMatrix {
         let mut matrix = Self {
             columns,
             stride: stride as usize,
-            words: Vec::with_capacity(stride as usize * rows as usize),
+            words: room(rows, columns)?,
         };
         let mut first = 0;
         while first < rows {
@@ -59,5 +59,34 @@ impl PairMatrix {
     pub fn row(&self, a: u32) -> Option<&[u32]> {
         let first = a as usize * self.stride;
         self.words.get(first..first + self.stride)
+    }
+}
+
+/// Memory for a matrix, if there is as much.
+fn room(rows: u32, columns: u32) -> Result<Vec<u32>, Error> {
+    let count = u64::from(rows) * u64::from(columns.div_ceil(32));
+    let mut words = Vec::new();
+    let reserved = usize::try_from(count).is_ok_and(|count| words.try_reserve_exact(count).is_ok());
+    if reserved {
+        Ok(words)
+    } else {
+        Err(Error::MatrixTooLarge {
+            rows,
+            columns,
+            bytes: count.saturating_mul(4),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Error, room};
+
+    #[test]
+    fn a_matrix_beyond_all_memory_is_refused() {
+        let found = room(u32::MAX, u32::MAX);
+        let bytes = u64::from(u32::MAX) << 29;
+        assert!(matches!(found, Err(Error::MatrixTooLarge { bytes: b, .. }) if b == bytes));
+        assert!(room(3, 65).is_ok_and(|words| words.capacity() >= 9));
     }
 }

@@ -178,7 +178,7 @@ impl Query {
     ///
     /// # Errors
     ///
-    /// As for [`any`](Self::any).
+    /// [`Error::MatrixTooLarge`]; else as for [`any`](Self::any).
     pub fn matrix(&self) -> Result<PairMatrix, Error> {
         let limits = self.search.a.device.limits();
         PairMatrix::ask(&self.batch(), self.triangles(), &limits)

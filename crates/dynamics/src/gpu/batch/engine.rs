@@ -124,6 +124,8 @@ impl<W: Word> Engine<W> {
         let mut new = Self::new(fixed, pushed)?;
         let device = &fixed.device;
         new.memory.state.write(&read(device, &self.memory.state)?)?;
+        let accelerations = read(device, &self.memory.accelerations)?;
+        new.memory.accelerations.write(&accelerations)?;
         for (new, old) in new.memory.status.iter().zip(&self.memory.status) {
             new.write(&read(device, old)?)?;
         }

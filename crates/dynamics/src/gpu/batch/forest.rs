@@ -93,7 +93,13 @@ impl Forest {
 
     /// Steps of `h` \[s\].
     pub(super) fn steps(&mut self, fixed: &Fixed, h: f64, count: u32) -> Result<Ran, Error> {
-        self.failures[1] = None;
+        // An item that failed stands until states are set, and with it all others.
+        if self.failures[1].is_some() {
+            return Ok(Ran {
+                steps: 0,
+                time: None,
+            });
+        }
         let mut steps = count;
         match self.simulation.steps(h, count as usize) {
             Ok(()) => {}
