@@ -98,7 +98,7 @@ impl Batch {
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
-        super::check_model(model)?;
+        super::check_in_lanes(model)?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),

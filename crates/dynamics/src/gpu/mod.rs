@@ -37,7 +37,12 @@ use vertebra_assembly::{JointKind, Model};
 
 /// Refuses what kernels do not compute rather than leave it out.
 pub(crate) fn check_model(model: &Model) -> Result<(), Error> {
-    crate::loops::refuse_loops(model, "a GPU")?;
+    crate::loops::refuse_loops(model, "a GPU")
+}
+
+/// Refuses what kernels of the recursion in lanes do not compute.
+fn check_in_lanes(model: &Model) -> Result<(), Error> {
+    check_model(model)?;
     let is_screw = |kind| matches!(kind, JointKind::Screw { .. });
     if let Some(body) = model.bodies().iter().find(|body| is_screw(body.joint.kind)) {
         return Err(Error::JointUnavailable {

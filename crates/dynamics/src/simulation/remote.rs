@@ -1,6 +1,8 @@
 //! Steps on a GPU.
 
-use crate::{Algorithm, Choice, Error, Forces, Integrator, Monitor, SolverOptions, gpu};
+use crate::{
+    Algorithm, Choice, Error, Forces, Integrator, Monitor, Precision, SolverOptions, Workspace, gpu,
+};
 use vertebra_assembly::{Model, State};
 
 /// A simulation on a GPU, and what the host knows of it.
@@ -30,7 +32,7 @@ impl Remote {
 
     /// The same model with other precisions and chunks, in the neutral state.
     pub(super) fn with_solver(
-        &self,
+        &mut self,
         model: &Model,
         options: &SolverOptions,
     ) -> Result<Self, Error> {
@@ -47,7 +49,12 @@ impl Remote {
             schedule: options.schedule.or(own.schedule),
             ..*own
         };
-        Self::new(&self.device, model, &options)
+        Ok(Self {
+            simulation: self.simulation.with_options(model, &options)?,
+            device: self.device.clone(),
+            is_ahead: false,
+            forces_changed: false,
+        })
     }
 
     /// What was chosen, given what was expected.
@@ -59,6 +66,18 @@ impl Remote {
             tree,
             on_gpu: true,
             ..expected
+        }
+    }
+
+    /// The forces that act without a step, those of elements included.
+    pub(super) fn all_forces<'a>(
+        &'a mut self,
+        state: &State,
+        forces: &'a Forces,
+    ) -> Result<&'a Forces, Error> {
+        match self.simulation.elements_mut() {
+            Some(elements) if !elements.is_idle() => elements.load(state, forces, 0.0),
+            _ => Ok(forces),
         }
     }
 
@@ -86,6 +105,11 @@ impl Remote {
         self.is_ahead = true;
         self.simulation.steps(h, count)
     }
+}
+
+/// For what the processor computes of a state.
+pub(super) fn workspace<'a>(model: &Model, own: &'a mut Option<Workspace>) -> &'a mut Workspace {
+    own.get_or_insert_with(|| Workspace::new(model, Precision::F64))
 }
 
 const fn unavailable(what: &'static str) -> Error {

@@ -2,7 +2,7 @@
 
 use super::host::{self, Host};
 #[cfg(feature = "gpu")]
-use super::remote::Remote;
+use super::remote::{self, Remote};
 use crate::{Choice, Device, Error, Solver, SolverOptions, Workspace};
 use vertebra_assembly::Model;
 
@@ -65,9 +65,7 @@ impl Runs {
         match self {
             Self::Host(host) => host::workspace(&mut host.solver, model, other),
             #[cfg(feature = "gpu")]
-            Self::Gpu(_) => {
-                other.get_or_insert_with(|| Workspace::new(model, crate::Precision::F64))
-            }
+            Self::Gpu(_) => remote::workspace(model, other),
         }
     }
 }
