@@ -462,7 +462,9 @@ fn work_of_smooth_elements_balances_under_runge_kutta() {
         for _ in 0..steps {
             simulation.step(1.0 / f64::from(steps)).unwrap();
         }
-        assert!(simulation.work().unwrap().stops != 0.0 && simulation.work().unwrap().motors != 0.0);
+        assert!(
+            simulation.work().unwrap().stops != 0.0 && simulation.work().unwrap().motors != 0.0
+        );
         (balance(&mut simulation) - start).abs()
     };
     let (coarse, fine) = (off(200), off(800));

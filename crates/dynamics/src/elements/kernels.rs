@@ -92,7 +92,8 @@ impl Elements {
     pub(crate) fn add_works(&mut self, sums: &[f64], before: &[f64]) {
         let unit = self.model.units().energy();
         let count = sums.len() / WORKS;
-        let sum = |sums: &[f64], kind: usize| sums.iter().skip(kind * count).take(count).sum::<f64>();
+        let sum =
+            |sums: &[f64], kind: usize| sums.iter().skip(kind * count).take(count).sum::<f64>();
         let total = |kind: usize| (sum(sums, kind) - sum(before, kind)) * unit;
         self.work.motors += total(0);
         self.work.springs += total(1);
