@@ -10,7 +10,7 @@ use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomicall
 use crate::row::Row;
 use crate::scenario::{
     Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints,
-    loops, meshes, model, needs, queries, scaling,
+    joints_gpu, loops, meshes, model, needs, queries, scaling,
 };
 use crate::table::to_table;
 use anyhow::Context;
@@ -174,7 +174,7 @@ impl Subjects {
             } else {
                 None
             },
-            joints: if arguments.wants(joints::NAME) && arguments.wants_backend("cpu") {
+            joints: if arguments.wants(joints::NAME) {
                 Some(joints::Subject::new(arguments.seed)?)
             } else {
                 None
@@ -239,7 +239,12 @@ impl Subjects {
             list.extend(subject.measurements(selection));
         }
         if let Some(subject) = &self.joints {
-            list.extend(subject.measurements(selection));
+            if self.on_cpu {
+                list.extend(subject.measurements(selection));
+            }
+            if let Some(gpu) = &self.device {
+                list.extend(joints_gpu::measurements(subject, gpu.device(), selection));
+            }
         }
         for subject in &self.batches {
             list.extend(subject.measurements(selection));

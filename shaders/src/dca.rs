@@ -454,9 +454,7 @@ impl Dca {
         let parts = parts.into_iter().chain([epsilon, leaf, several, screws]);
         let kernel = parts.fold(kernel, Kernel::with);
         if !self.elements {
-            return kernel
-                .with(part!("loads_none"))
-                .with(part!("settle_none"));
+            return kernel.with(part!("loads_none")).with(part!("settle_none"));
         }
         let parts = [ROTATION_LOG, ELEMENTS, part!("loads"), part!("settle")];
         parts
