@@ -1,6 +1,7 @@
 //! Steps on a GPU.
 
-use crate::{Algorithm, Choice, Error, Forces, Integrator, Monitor, SolverOptions, gpu};
+use super::host::Host;
+use crate::{Algorithm, Choice, Error, Forces, Integrator, Monitor, Solver, SolverOptions, gpu};
 use vertebra_assembly::{Model, State};
 
 /// A simulation on a GPU, and what the host knows of it.
@@ -12,6 +13,8 @@ pub(super) struct Remote {
     pub(super) is_ahead: bool,
     /// Whether the host's forces are newer.
     pub(super) forces_changed: bool,
+    /// What answers questions about loops in one state, once there was one.
+    host: Option<Box<Host>>,
 }
 
 impl Remote {
@@ -25,6 +28,7 @@ impl Remote {
             device: device.clone(),
             is_ahead: false,
             forces_changed: false,
+            host: None,
         })
     }
 
@@ -66,6 +70,18 @@ impl Remote {
         self.simulation.set_state(state)?;
         self.is_ahead = false;
         Ok(())
+    }
+
+    /// The processor's side of the same model, in f64.
+    pub(super) fn host(&mut self, model: &Model) -> Result<&mut Host, Error> {
+        let host = match self.host.take() {
+            Some(host) => host,
+            None => {
+                let solver = Solver::new(model, &SolverOptions::default())?;
+                Box::new(Host::new(model, solver))
+            }
+        };
+        Ok(self.host.insert(host))
     }
 
     pub(super) fn steps(
