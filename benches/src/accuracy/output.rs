@@ -63,7 +63,10 @@ fn tables(entries: &[Entry]) -> Vec<(String, Grid)> {
 /// Where they were measured, if that makes a difference.
 fn device(entries: &[Entry]) -> Option<&str> {
     let named = |entry: &&Entry| !entry.device.is_empty();
-    entries.iter().find(named).map(|entry| entry.device.as_str())
+    entries
+        .iter()
+        .find(named)
+        .map(|entry| entry.device.as_str())
 }
 
 /// Prints the tables.

@@ -3,7 +3,7 @@
 use super::entry::{TOLERANCE, TOLERANCE_METHOD};
 use crate::suite::solver::{Aba, Dca, Refined, Solver, ToTolerance};
 use vertebra::dynamics::gpu::{Options, Simulation};
-use vertebra::{Error, Forces, Model, Precision, Residual, State};
+use vertebra::{Error, Forces, Model, Precision, Residual, SolverOptions, State};
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
 
@@ -64,10 +64,45 @@ impl Solvers {
                 ("f64", on("dca+1", F64, F64, 1)),
             ]);
         }
+        let to_tolerance = OnGpuToTolerance(device.clone());
+        list.push(("any", Box::new(to_tolerance)));
         Self {
             device: device.description(),
             list,
         }
+    }
+}
+
+/// Whatever meets the tolerance on a GPU, or on the processor where that cannot.
+struct OnGpuToTolerance(Device);
+
+impl Solver for OnGpuToTolerance {
+    fn method(&self) -> &'static str {
+        TOLERANCE_METHOD
+    }
+
+    fn precision(&self) -> Precision {
+        Precision::F64
+    }
+
+    fn keeps_body_forces(&self) -> bool {
+        false
+    }
+
+    fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
+        let device = self.0.clone().into();
+        let mut simulation = vertebra::Simulation::on(&device, model.clone())?
+            .with_solver(&SolverOptions::to_tolerance(TOLERANCE))?;
+        let solve = |(state, forces): &(State, Forces)| {
+            simulation.set_state(state.clone())?;
+            simulation.forces_mut().clone_from(forces);
+            simulation.accelerations()
+        };
+        inputs.iter().map(solve).collect()
+    }
+
+    fn residual(&self, _: &Model, _: &State, _: &Forces) -> Result<Option<Residual>, Error> {
+        Ok(None)
     }
 }
 

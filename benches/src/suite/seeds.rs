@@ -49,8 +49,7 @@ pub fn forward_errors() -> Outcome {
 /// If there is none.
 pub(super) fn find<'a>(stored: &'a [Entry], entry: &Entry) -> anyhow::Result<&'a Entry> {
     let is_same = |before: &&Entry| before.key() == entry.key() && before.seeds == entry.seeds;
-    (stored.iter().find(is_same))
-        .with_context(|| format!("no stored entry for {:?}", entry.key()))
+    (stored.iter().find(is_same)).with_context(|| format!("no stored entry for {:?}", entry.key()))
 }
 
 /// The figures of one entry.
@@ -129,6 +128,42 @@ impl Bounds {
             },
             (_, "f64") => plain(f64::EPSILON, lost),
             _ => plain(f32::EPSILON.into(), lost),
+        };
+        (bounds.max < 1.0).then_some(bounds)
+    }
+}
+
+impl Bounds {
+    /// What a GPU may do. Its chunks have 4 joints, 8 with corrections: more of what comes out of f32 joins is
+    /// left, and heavy tips cost what they cost a recursion. Corrections take out what joins have lost, each by
+    /// the same factor, and nothing of what masses cost inside a chunk.
+    pub(super) fn on_gpu(case: &Case, entry: &Entry) -> Option<Self> {
+        let lost = match case.shape {
+            Shape::Hard(hard) => hard.lost(entry.bodies)[0],
+            _ => lost(case, false),
+        };
+        #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
+        let walk = (entry.bodies as f64).sqrt();
+        let plain = |epsilon: f64| Self {
+            median: 32.0 * walk * epsilon * lost,
+            max: 512.0 * walk * epsilon * lost,
+        };
+        let chunks = plain(f64::EPSILON);
+        let joins = slender(case) * lost.sqrt();
+        let corrected = |sweeps: i32| Self {
+            median: (4e-6 * joins).powi(1 + sweeps) + chunks.median,
+            max: (2e-4 * joins).powi(1 + sweeps) + chunks.max,
+        };
+        let bounds = match (entry.method.as_str(), entry.precision.as_str()) {
+            (TOLERANCE_METHOD, _) => Self {
+                median: TOLERANCE,
+                max: TOLERANCE,
+            },
+            ("dca", "f64/f32") => corrected(0),
+            ("dca+1", "f64/f32") => corrected(1),
+            ("dca+2", "f64/f32") => corrected(2),
+            (_, "f64") => chunks,
+            _ => plain(f32::EPSILON.into()),
         };
         (bounds.max < 1.0).then_some(bounds)
     }
