@@ -104,6 +104,16 @@ impl Workspace {
     }
 }
 
+impl Workspace {
+    /// What forces as large as the rounding of the bodies' equations move, as part of the largest acceleration
+    /// ([`Loads::Rounding`]); the solution has it added.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn response_to_rounding(&mut self, forces: &Forces) -> Result<f64, Error> {
+        let response = self.correct(forces, Loads::Rounding)?;
+        Ok(response.change)
+    }
+}
+
 impl<T: Real> Sweeps<T> {
     /// Up: bias forces of what acts. Gives the largest part of its terms that a body's equation
     /// leaves.

@@ -28,6 +28,7 @@
 mod aba;
 mod batch;
 mod centroidal;
+mod check;
 mod choice;
 mod correct;
 mod cost;
@@ -65,6 +66,7 @@ mod workspace;
 pub use aba::{aba, joint_wrenches};
 pub use batch::{Batch, aba_batch};
 pub use centroidal::{Centroidal, centroidal};
+pub use check::check_accelerations;
 pub use choice::Choice;
 pub use crba::{crba, crba_forward_dynamics};
 pub use dca::{DcaOptions, DcaWorkspace, dca};

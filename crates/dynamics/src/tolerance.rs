@@ -28,11 +28,11 @@ const CAUTION: f64 = 1000.0;
 
 /// Errors of a precision that rounding alone makes likely, as multiples of its epsilon: no method in it
 /// is asked for less.
-const ROUNDING: f64 = 1024.0;
+pub(crate) const ROUNDING: f64 = 1024.0;
 
 /// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
 /// the bodies' equations ([`Loads::Rounding`]), which is a random sample of it.
-const NOISE: f64 = 16.0;
+pub(crate) const NOISE: f64 = 16.0;
 
 /// Corrections of one solution at most: what has not converged by then is had more cheaply from the
 /// next more precise method.

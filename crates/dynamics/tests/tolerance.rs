@@ -1,8 +1,10 @@
 //! Tolerances met or refused by name, and errors watched.
 
-#![expect(clippy::unwrap_used, reason = "a failure is the test's")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a failure is the test's")]
 
 use glam::DVec3;
+use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex};
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::{
@@ -207,4 +209,53 @@ fn errors_are_watched() {
     let exact = run(Some(Monitor::every(1, 1e-3)));
     let monitor = exact.monitor().unwrap();
     assert_eq!((monitor.checks(), monitor.exceeded()), (25, 0));
+}
+
+/// A check that found too much is told at once, and may end the run before its step.
+#[test]
+fn a_monitor_ends_a_run() {
+    let model = generate::random_chain(40, &Rod::default(), 2).unwrap();
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let kept = Arc::clone(&told);
+    let monitor = Monitor::every(4, 1e-8).on_exceeded(move |check| {
+        kept.lock().unwrap().push(*check);
+        if check.step < 8 {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    });
+    let simulation = Simulation::new(model.clone()).unwrap();
+    let mut simulation = simulation.with_precision(Precision::F32).unwrap();
+    simulation.set_state(State::random(&model, 3)).unwrap();
+    let mut simulation = simulation.with_monitor(monitor);
+    let error = simulation.steps(1e-4, 20).unwrap_err();
+    let Error::Step {
+        step: 8,
+        count: 20,
+        source,
+    } = &error
+    else {
+        panic!("{error:?}");
+    };
+    let Error::Inexact {
+        time,
+        error: found,
+        tolerance,
+    } = **source
+    else {
+        panic!("{error:?}");
+    };
+    let told = told.lock().unwrap();
+    let steps: Vec<u64> = told.iter().map(|check| check.step).collect();
+    assert_eq!(steps, [0, 4, 8]);
+    assert_eq!((told[2].time, told[2].found.change), (time, found));
+    assert_eq!((tolerance, simulation.time()), (1e-8, time));
+    assert!((time - 8e-4).abs() < 1e-15 && found > tolerance);
+    // What is asked for next is checked again: with more precision it goes on.
+    assert!(matches!(simulation.step(1e-4), Err(Error::Inexact { .. })));
+    let mut simulation = simulation.with_precision(Precision::F64).unwrap();
+    simulation.steps(1e-4, 20).unwrap();
+    let monitor = simulation.monitor().unwrap();
+    assert_eq!((monitor.checks(), monitor.exceeded()), (9, 4));
 }
