@@ -9,6 +9,7 @@ mod dynamics;
 mod dynamics_errors;
 mod faults;
 mod forward_errors;
+mod loops;
 mod mismatches;
 mod primitives;
 pub(crate) mod runtime;
@@ -92,6 +93,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),
+    check("dynamics_loops", loops::loops),
     check("dca_overflow", dynamics::overflow),
     check("dynamics_device_lost", dynamics::device_lost),
     check("collision_gold", collision::gold),

@@ -199,6 +199,19 @@ pub enum Error {
         /// What does not do it.
         by: &'static str,
     },
+    /// Loops that are solved together and too many for a GPU.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "`{name}` and the loops and couplings that move the same joints have {rows} equations together, and a GPU solves {fit} of them: simulate on `Device::cpu()`, or take loops out of the model"
+    )]
+    TooManyLoops {
+        /// The first of them.
+        name: String,
+        /// Their equations.
+        rows: usize,
+        /// How many equations a GPU solves together.
+        fit: usize,
+    },
     /// A loop that cannot be closed.
     #[error(
         "`{name}` stays open by {violation:.0e} of its size at t = {time} s; the state before is kept: take smaller steps, or start from a state in which the loop can close"

@@ -434,23 +434,33 @@ impl Simulation {
     /// [`Error::LoopNotClosed`] if that cannot be reached from here; [`Error`] as for a step. The state is then as
     /// it was.
     pub fn close_loops(&mut self) -> Result<(), Error> {
+        self.fetch_state()?;
         self.posed = false;
         match &mut self.runs {
             Runs::Host(host) => host.close_loops(&self.model, &mut self.state, &self.forces),
-            // Models with loops are not simulated there.
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => Ok(()),
+            Runs::Gpu(remote) => {
+                let mut closed = self.state.clone();
+                let host = remote.host(&self.model)?;
+                host.close_loops(&self.model, &mut closed, &self.forces)?;
+                remote.set_state(&closed)?;
+                self.state = closed;
+                Ok(())
+            }
         }
     }
 
-    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none.
+    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none,
+    /// or if a GPU no longer gives its state.
     #[must_use]
     pub fn loop_violation(&mut self) -> Option<LoopViolation> {
-        match &mut self.runs {
-            Runs::Host(host) => host.solver.loop_violation(&self.model, &self.state),
+        self.fetch_state().ok()?;
+        let host = match &mut self.runs {
+            Runs::Host(host) => &mut **host,
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => None,
-        }
+            Runs::Gpu(remote) => remote.host(&self.model).ok()?,
+        };
+        host.solver.loop_violation(&self.model, &self.state)
     }
 
     /// The forces that keep the loops closed and the joints coupled in the current state, under the current forces.
@@ -461,12 +471,14 @@ impl Simulation {
     /// # Errors
     /// [`Error`] as for a step.
     pub fn loop_forces(&mut self) -> Result<LoopForces, Error> {
+        self.fetch_state()?;
         self.posed = false;
-        match &mut self.runs {
-            Runs::Host(host) => host.loop_forces(&self.model, &self.state, &self.forces),
+        let host = match &mut self.runs {
+            Runs::Host(host) => &mut **host,
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => Ok(LoopForces::default()),
-        }
+            Runs::Gpu(remote) => remote.host(&self.model)?,
+        };
+        host.loop_forces(&self.model, &self.state, &self.forces)
     }
 
     /// Where a body is in the world.
@@ -575,9 +587,11 @@ impl Simulation {
                 (forces, host::workspace(solver, &self.model, own))
             }
             #[cfg(feature = "gpu")]
-            runs @ Runs::Gpu(_) => {
-                let own = runs.workspace(&self.model, &mut self.workspace);
-                (&self.forces, own)
+            Runs::Gpu(remote) => {
+                let host = remote.host(&self.model)?;
+                let (forces, solver) = host.all_forces(&self.model, &self.state, &self.forces)?;
+                let own = &mut self.workspace;
+                (forces, host::workspace(solver, &self.model, own))
             }
         };
         aba(&self.model, &self.state, forces, workspace)?;

@@ -99,6 +99,7 @@ impl Batch {
         options: &BatchOptions,
     ) -> Result<Self, Error> {
         super::check_model(model)?;
+        crate::loops::refuse_loops(model, "a batch on a GPU")?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),

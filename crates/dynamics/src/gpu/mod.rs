@@ -37,7 +37,6 @@ use vertebra_assembly::{JointKind, Model};
 
 /// Refuses what kernels do not compute rather than leave it out.
 pub(crate) fn check_model(model: &Model) -> Result<(), Error> {
-    crate::loops::refuse_loops(model, "a GPU")?;
     let is_screw = |kind| matches!(kind, JointKind::Screw { .. });
     if let Some(body) = model.bodies().iter().find(|body| is_screw(body.joint.kind)) {
         return Err(Error::JointUnavailable {

@@ -25,9 +25,9 @@
 //! same projection; A and the factors are those of the step, refreshed where they do not gain a digit in three.
 
 mod closing;
-mod constraint;
+pub(crate) mod constraint;
 mod envelope;
-mod equation;
+pub(crate) mod equation;
 mod solve;
 
 use crate::link::Scales;

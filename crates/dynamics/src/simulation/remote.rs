@@ -1,10 +1,11 @@
 //! Steps on a GPU.
 
 use super::exact::Exact;
+use super::host::Host;
 use crate::loops::refuse_loops;
 use crate::{
-    Achieved, Algorithm, Choice, Error, Forces, Integrator, Monitor, Precision, SolverOptions,
-    Workspace, check_accelerations, gpu,
+    Achieved, Algorithm, Choice, Error, Forces, Integrator, Monitor, Precision, Solver,
+    SolverOptions, Workspace, check_accelerations, gpu,
 };
 use vertebra_assembly::{Model, State};
 use vertebra_gpu::wgpu::Features;
@@ -33,6 +34,8 @@ pub(super) struct Remote {
     exact: Option<Box<Exact>>,
     /// In which the device's accelerations are checked, once they are.
     checks: Option<Box<Workspace>>,
+    /// What answers questions about loops in one state, once there was one.
+    host: Option<Box<Host>>,
 }
 
 impl Remote {
@@ -49,6 +52,7 @@ impl Remote {
             forces_changed: false,
             exact: None,
             checks: None,
+            host: None,
         })
     }
 
@@ -111,6 +115,18 @@ impl Remote {
             exact.measure_next();
         }
         Ok(())
+    }
+
+    /// The processor's side of the same model, in f64.
+    pub(super) fn host(&mut self, model: &Model) -> Result<&mut Host, Error> {
+        let host = match self.host.take() {
+            Some(host) => host,
+            None => {
+                let solver = Solver::new(model, &SolverOptions::default())?;
+                Box::new(Host::new(model, solver))
+            }
+        };
+        Ok(self.host.insert(host))
     }
 
     /// Takes steps; what is to be checked is read between them.

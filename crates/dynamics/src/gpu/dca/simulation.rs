@@ -2,6 +2,7 @@
 
 use super::engine::{self, Engine, PUSHED_SLOTS, STEP_SIZE, STEPS, Task};
 use super::limits;
+use super::loops::LoopTables;
 use super::options::Options;
 use super::poses::{PendingPoses, PoseBuffer, Reading};
 use super::scalar::Scalar;
@@ -10,6 +11,7 @@ use super::transfer::Transfer;
 use crate::dca::plan::{self, Plan};
 use crate::gpu::Explicit;
 use crate::link::Scales;
+use crate::loops::Loops;
 use crate::{Error, Forces, Integrator, Precision};
 use std::collections::VecDeque;
 use vertebra_assembly::schedule::Schedule;
@@ -75,7 +77,7 @@ impl Simulation {
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
     /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`];
+    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::TooManyLoops`];
     /// [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         crate::gpu::check_model(model)?;
@@ -87,7 +89,8 @@ impl Simulation {
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
         let plan = Plan::new(model, schedule, &weights);
-        let tables = Tables::new(model, &plan, options.sweeps);
+        let mut tables = Tables::new(model, &plan, options.sweeps);
+        tables.loops = LoopTables::add_to(&mut tables, model)?;
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),
@@ -291,11 +294,16 @@ impl Simulation {
         let Some((stage, body)) = failure else {
             return Ok(());
         };
+        let source = if stage == engine::OPEN {
+            self.open_loop()?
+        } else {
+            self.error(&stage, body)
+        };
         self.reset()?;
         Err(Error::Step {
             step: done,
             count,
-            source: Box::new(self.error(&stage, body)),
+            source: Box::new(source),
         })
     }
 
@@ -476,6 +484,24 @@ impl Simulation {
         self.taken = 0;
         self.turned = false;
         Ok(())
+    }
+
+    /// The loop that is furthest from closed in the state that was worked on.
+    fn open_loop(&mut self) -> Result<Error, Error> {
+        let tables = &self.tables;
+        let numbers =
+            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let work = tables.positions.len() + tables.dofs.len();
+        let state = self.transfer().state_of(&numbers[work..], self.time);
+        let found =
+            Loops::of_model(&self.model).map(|mut loops| loops.violation(&self.model, &state));
+        let (name, violation) =
+            found.map_or_else(Default::default, |found| (found.name, found.position));
+        Ok(Error::LoopNotClosed {
+            name,
+            violation,
+            time: self.time,
+        })
     }
 
     fn error(&self, stage: &str, body: usize) -> Error {
