@@ -178,12 +178,12 @@ mod tests {
     #[test]
     fn refusals_are_counted_and_left_out() {
         let case = &Case::all()[0];
-        let some = entry(case, 3, 5, ("aba", "f64"), vec![3.0, 1.0, 2.0]);
+        let some = entry(case, 3, 5, ("aba", "f64", ""), vec![3.0, 1.0, 2.0]);
         assert_eq!(
             (some.refused, some.median, some.max),
             (2, Some(2.0), Some(3.0))
         );
-        let none = entry(case, 3, 5, ("aba", "f64"), Vec::new());
+        let none = entry(case, 3, 5, ("aba", "f64", ""), Vec::new());
         assert_eq!((none.refused, none.median, none.max), (5, None, None));
     }
 

@@ -1,7 +1,7 @@
 //! One simulation on every device: the same verbs, the same answers, and refusals that say what to do.
 
 #![cfg(feature = "gpu")]
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a failure is the test's")]
+#![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
 use glam::DVec3;
 use std::ops::ControlFlow;

@@ -1,6 +1,6 @@
 //! Tolerances met or refused by name, and errors watched.
 
-#![expect(clippy::unwrap_used, clippy::panic, reason = "a failure is the test's")]
+#![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
 use glam::DVec3;
 use std::ops::ControlFlow;

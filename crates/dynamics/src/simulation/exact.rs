@@ -14,7 +14,7 @@ use crate::{
 };
 use vertebra_assembly::{Model, State};
 
-/// Steps between two measurements of the error: one costs about as much as four steps of 2048 bodies on an H100.
+/// Steps between two measurements of the error: one takes about as long as eight steps of 2048 bodies on an H100.
 const EVERY: usize = 64;
 
 /// Corrections of a solution at most.

@@ -30,12 +30,12 @@ pub(super) struct Remote {
     pub(super) is_ahead: bool,
     /// Whether the host's forces are newer.
     pub(super) forces_changed: bool,
-    /// What answers questions about loops in one state, once there was one.
-    host: Option<Box<Host>>,
     /// How a tolerance is met, if one was asked for.
     exact: Option<Box<Exact>>,
     /// In which the device's accelerations are checked, once they are.
     checks: Option<Box<Workspace>>,
+    /// What answers questions about loops in one state, once there was one.
+    host: Option<Box<Host>>,
 }
 
 impl Remote {
@@ -50,9 +50,9 @@ impl Remote {
             options: *options,
             is_ahead: false,
             forces_changed: false,
-            host: None,
             exact: None,
             checks: None,
+            host: None,
         })
     }
 
