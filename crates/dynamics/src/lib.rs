@@ -26,6 +26,8 @@
 //! ```
 
 mod aba;
+mod across;
+mod balance;
 mod batch;
 mod centroidal;
 mod choice;
@@ -35,6 +37,7 @@ mod crba;
 mod dca;
 mod derivatives;
 mod device;
+mod drift;
 mod drive;
 pub mod elements;
 mod energy;
