@@ -26,6 +26,8 @@
 //! ```
 
 mod aba;
+mod across;
+mod balance;
 mod batch;
 mod centroidal;
 mod check;
@@ -36,6 +38,7 @@ mod crba;
 mod dca;
 mod derivatives;
 mod device;
+mod drift;
 mod drive;
 pub mod elements;
 mod energy;
