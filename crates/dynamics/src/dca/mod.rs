@@ -20,11 +20,13 @@ pub(crate) mod plan;
 mod rake;
 mod solution;
 mod split;
+mod substitute;
 mod tree;
 
 pub(crate) use split::PARALLEL_BODIES;
 
 use crate::link::Scales;
+use crate::loops::{first_loop, refuse_looped};
 use crate::refine::{Loads, relative};
 use crate::workspace::{require, same_model};
 use crate::{BodyForce, Error, Forces, Precision, Refinement, Residual, Solved, finite_results};
@@ -82,6 +84,8 @@ pub struct DcaWorkspace {
     computed: bool,
     wrenches_computed: bool,
     time: f64,
+    /// The first loop or coupling, if the model has any and is not taken as a tree.
+    looped: Option<String>,
 }
 
 #[derive(Clone, Debug)]
@@ -142,8 +146,21 @@ impl DcaWorkspace {
             computed: false,
             wrenches_computed: false,
             time: 0.0,
+            looped: first_loop(model),
             options: *options,
             model: model.clone(),
+        })
+    }
+
+    /// The same for a model of which only the tree is looked at: [`dca`] leaves its loops open and its coupled joints
+    /// free.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_tree(model: &Model, options: &DcaOptions) -> Result<Self, Error> {
+        Ok(Self {
+            looped: None,
+            ..Self::new(model, options)?
         })
     }
 
@@ -252,6 +269,14 @@ impl Solved for DcaWorkspace {
 }
 
 impl DcaWorkspace {
+    /// Replaces joint forces by the accelerations H^-1 tau that they cause, both in the model's units, with the factors
+    /// of the last [`dca`]; not numbers where they overflow. Transmitted forces can be computed before, not after.
+    pub(crate) fn substitute(&mut self, values: &mut [f64]) {
+        self.computed &= self.wrenches_computed;
+        let threads = self.options.parallel;
+        in_tree!(&mut self.trees, tree => tree.substitute(values, threads));
+    }
+
     /// Corrects the solution once, or adds the response to other loads.
     pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         self.compute_joint_wrenches(forces)?;
@@ -286,7 +311,8 @@ pub(crate) fn check_precisions(chunks: Precision, tree: Precision) -> Result<(),
 /// # Errors
 /// [`Error`] if an input does not fit the model or the workspace, if a joint moves no inertia in this
 /// position, if the halves of a body cannot be joined in the precision of the tree, or if the
-/// result overflows.
+/// result overflows; [`Error::LoopsUnavailable`] if the model has loops or couplings, unless the workspace is one
+/// [of the tree](DcaWorkspace::of_tree).
 ///
 /// ```
 /// use vertebra_assembly::{State, generate};
@@ -308,6 +334,7 @@ pub fn dca<'w>(
 ) -> Result<&'w [f64], Error> {
     forces.check(model)?;
     workspace.check_model(model)?;
+    refuse_looped(workspace.looped.as_ref(), "`dca`")?;
     state.check(model)?;
     workspace.computed = false;
     workspace.wrenches_computed = false;
