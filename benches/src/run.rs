@@ -184,7 +184,7 @@ impl Subjects {
             } else {
                 Vec::new()
             },
-            loops: if arguments.wants(loops::NAME) && arguments.wants_backend("cpu") {
+            loops: if arguments.wants(loops::NAME) {
                 loops::subjects(&selection)?
             } else {
                 Vec::new()
@@ -250,7 +250,12 @@ impl Subjects {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.loops {
-            list.extend(subject.measurements(selection));
+            if self.on_cpu {
+                list.extend(subject.measurements(selection));
+            }
+            if let Some(gpu) = &self.device {
+                list.extend(gpu::loops::measurements(subject, gpu.device(), selection));
+            }
         }
         if let Some(subject) = &self.gpu_batches {
             list.extend(subject.measurements(selection));

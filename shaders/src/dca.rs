@@ -3,6 +3,8 @@
 //! Kernels of one group have one list of bindings: those of motion (`turn_*`, `place_*`) write poses,
 //! those of dynamics read forces and work on nodes.
 
+pub mod loops;
+
 use bytemuck::{Pod, Zeroable};
 use vertebra_gpu::{Binding, Kernel};
 
@@ -360,6 +362,7 @@ impl Dca {
             ]);
         } else {
             kernels.extend([self.turn_parts(), self.place_chunks()]);
+            kernels.extend(self.loop_kernels());
             let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
             kernels.extend(advances.map(|advance| self.work_parts(advance)));
         }

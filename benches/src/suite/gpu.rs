@@ -9,6 +9,8 @@ mod dynamics;
 mod dynamics_errors;
 mod elements;
 mod faults;
+mod forward_errors;
+mod loops;
 mod mismatches;
 mod primitives;
 pub(crate) mod runtime;
@@ -91,9 +93,11 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_joint_inertia", elements::inertia),
     check("dynamics_elements", elements::steps),
     check("dynamics_smooth_elements", elements::smooth_steps),
+    check("forward_errors", forward_errors::forward_errors),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),
+    check("dynamics_loops", loops::loops),
     check("dca_overflow", dynamics::overflow),
     check("dynamics_device_lost", dynamics::device_lost),
     check("collision_gold", collision::gold),

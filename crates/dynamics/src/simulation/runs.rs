@@ -2,7 +2,7 @@
 
 use super::host::{self, Host};
 #[cfg(feature = "gpu")]
-use super::remote::{self, Remote};
+use super::remote::Remote;
 use crate::{Choice, Device, Error, Solver, SolverOptions, Workspace};
 use vertebra_assembly::Model;
 
@@ -65,7 +65,9 @@ impl Runs {
         match self {
             Self::Host(host) => host::workspace(&mut host.solver, model, other),
             #[cfg(feature = "gpu")]
-            Self::Gpu(_) => remote::workspace(model, other),
+            Self::Gpu(_) => {
+                other.get_or_insert_with(|| Workspace::new(model, crate::Precision::F64))
+            }
         }
     }
 }

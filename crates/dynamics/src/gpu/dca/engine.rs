@@ -9,6 +9,7 @@ use vertebra_gpu::{
     AnySlot, Buffer, Device, Error, Kernel, Output, Pending, Program, Recording, Shared, Slot,
     Timing, workgroups,
 };
+use vertebra_shaders::dca::loops::Closing;
 use vertebra_shaders::dca::{Advance, Commit, Dca, Layer, Sizes, Way};
 
 /// Entries of `control`.
@@ -26,6 +27,8 @@ pub(super) const PUSH: usize = 21;
 pub(super) const SINGULAR: &str = "singular";
 pub(super) const UNJOINED: &str = "unjoined";
 pub(super) const OVERFLOW: &str = "overflow";
+/// A loop that stays open: only of models with loops.
+pub(super) const OPEN: &str = "open";
 
 /// Names of what becomes a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +58,8 @@ pub(super) struct Engine<T, L> {
     forces: Buffer<T>,
     poses: Buffer<[T; 4]>,
     nodes: Buffer<[L; 4]>,
+    /// What loops keep, if there are any.
+    loops: Option<Buffer<T>>,
     programs: Vec<(Task, Ready<T>)>,
     timing: Timing,
 }
@@ -109,13 +114,18 @@ struct Slots<T, L> {
     forces: Slot<T>,
     poses: Slot<[T; 4]>,
     nodes: Slot<[L; 4]>,
+    loops: Option<Slot<T>>,
 }
 
 impl<T: Scalar, L: Scalar> Engine<T, L> {
     pub(super) fn new(device: &Device, tables: &Tables) -> Result<Self, Error> {
         let links: Vec<[T; 4]> = tables.links.iter().map(|v| v.map(T::from_f64)).collect();
         let bodies = tables.bodies.len();
+        let loops = tables
+            .loops
+            .map(|loops| device.buffer("loops", loops.memory.max(1)));
         Ok(Self {
+            loops: loops.transpose()?,
             dca: Dca {
                 chunks: T::PRECISION,
                 tree: L::PRECISION,
@@ -236,6 +246,9 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
         for stage in [SINGULAR, UNJOINED, OVERFLOW] {
             recording.stage(stage);
         }
+        if tables.loops.is_some() {
+            recording.stage(OPEN);
+        }
         let (slots, shared) = self.slots(&mut recording);
         let (mut numbers, mut fours, mut control) = (None, None, None);
         let mut recorder = Recorder {
@@ -292,6 +305,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
             forces: names.share("forces", &self.forces),
             poses: names.share("poses", &self.poses),
             nodes: names.share("nodes", &self.nodes),
+            loops: self.loops.as_ref().map(|loops| names.share("loops", loops)),
             status: names.recording.status(),
         };
         (slots, shared)
@@ -326,12 +340,14 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                     for attempt in attempts.min(1)..=attempts {
                         self.solve(Advance::Euler, 0, attempt);
                     }
+                    self.close(Closing::Positions);
                     self.turn_parts(Commit::Step);
                 }
                 Explicit::RungeKutta4 => {
                     for stage in 0..4 {
                         self.solve(Advance::RungeKutta, stage, 0);
                         let commit = if stage == 3 {
+                            self.close(Closing::Positions);
                             Commit::Step
                         } else {
                             Commit::Keep
@@ -364,7 +380,41 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         self.chunks(&self.dca.place_chunks(), layer, Self::motion);
     }
 
+    /// Accelerations, loops kept, and what comes of them.
     fn solve(&mut self, advance: Advance, stage: u32, attempt: u32) {
+        if self.tables.loops.is_none() {
+            return self.solve_tree(advance, stage, attempt);
+        }
+        self.solve_tree(Advance::None, stage, attempt);
+        self.close(Closing::Accelerations);
+        if advance != Advance::None {
+            let layer = Layer {
+                count: self.tables.sizes.slots,
+                stage,
+                ..Layer::default()
+            };
+            self.chunks(&self.dca.advance_joints(advance), layer, Self::looped);
+        }
+    }
+
+    /// Loops put right, if there are any.
+    fn close(&mut self, what: Closing) {
+        let Some(loops) = self.tables.loops else {
+            return;
+        };
+        let layer = Layer {
+            count: loops.groups,
+            starts: loops.starts,
+            ways: what as u32,
+            ..Layer::default()
+        };
+        let uniform = self.recording.buffer_from("layer", &[layer]);
+        let buffers = self.looped(uniform);
+        let groups = workgroups(loops.groups, 1);
+        (self.recording).dispatch(&self.dca.close_loops(), &buffers, groups);
+    }
+
+    fn solve_tree(&mut self, advance: Advance, stage: u32, attempt: u32) {
         let (dca, sweeps) = (self.dca, self.tables.sweeps);
         for sweep in 0..=sweeps {
             let layer = Layer {
@@ -474,6 +524,23 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             s.nodes.any(),
         ]
     }
+
+    fn looped(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
+        let s = self.slots;
+        let all = [
+            Some(s.sizes.any()),
+            Some(layer.any()),
+            Some(s.words.any()),
+            Some(s.links.any()),
+            Some(s.state.any()),
+            Some(s.scratch.any()),
+            Some(s.control.any()),
+            Some(s.status.any()),
+            Some(s.forces.any()),
+            s.loops.map(|slot| slot.any()),
+        ];
+        all.into_iter().flatten().collect()
+    }
 }
 
 /// Body and stage of the failures that a run reports, gravest first.
@@ -481,7 +548,7 @@ pub(super) fn gravest(error: Error) -> Result<(String, usize), Error> {
     let Error::Failed { failures, .. } = &error else {
         return Err(error);
     };
-    let order = [SINGULAR, UNJOINED, OVERFLOW];
+    let order = [SINGULAR, UNJOINED, OVERFLOW, OPEN];
     let gravest = order.iter().find_map(|stage| {
         let failure = failures.iter().find(|failure| failure.stage == *stage)?;
         Some((failure.stage.clone(), failure.element as usize))

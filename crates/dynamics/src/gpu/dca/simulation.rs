@@ -2,6 +2,7 @@
 
 use super::engine::{self, Engine, PUSHED_SLOTS, STEP_SIZE, STEPS, Task};
 use super::limits;
+use super::loops::LoopTables;
 use super::options::Options;
 use super::poses::{PendingPoses, PoseBuffer, Reading};
 use super::scalar::Scalar;
@@ -10,6 +11,7 @@ use super::transfer::Transfer;
 use crate::dca::plan::{self, Plan};
 use crate::gpu::Explicit;
 use crate::link::Scales;
+use crate::loops::Loops;
 use crate::{Elements, Error, Forces, Integrator, Precision};
 use std::collections::VecDeque;
 use vertebra_assembly::schedule::Schedule;
@@ -84,7 +86,7 @@ impl Simulation {
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
     /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`];
+    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::TooManyLoops`];
     /// [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         let elements = model.first_element().map(|_| Elements::new(model).into());
@@ -109,7 +111,8 @@ impl Simulation {
         let plan = Plan::new(model, schedule, &weights);
         let scales = Scales::of_model(model);
         let rows = elements.as_ref().map(|elements| elements.rows(&scales));
-        let tables = Tables::new(model, &plan, options.sweeps, rows.as_deref());
+        let mut tables = Tables::new(model, &plan, options.sweeps, rows.as_deref());
+        tables.loops = LoopTables::add_to(&mut tables, model)?;
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),
@@ -199,9 +202,7 @@ impl Simulation {
     /// # Errors
     /// [`Error::Gpu`].
     pub fn state(&mut self) -> Result<State, Error> {
-        let tables = &self.tables;
-        let numbers =
-            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let numbers = self.read_state()?;
         Ok(self.transfer().state_of(&numbers, self.time))
     }
 
@@ -217,8 +218,10 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
-        if self.elements.is_none() && forces.joint_inertia.iter().any(|&own| own != 0.0) {
-            self.take_elements(Elements::new(&self.model).into())?;
+        let own = forces.joint_inertia.iter().position(|&own| own != 0.0);
+        if let (None, Some(dof)) = (&self.elements, own) {
+            let body = crate::forces::body_of_dof(&self.model, dof);
+            self.take_elements(Elements::new(&self.model).into(), &body)?;
         }
         let mut control = vec![0; self.control.len()];
         let pushes = self.transfer().pushes(forces, &mut control);
@@ -329,11 +332,16 @@ impl Simulation {
         let Some((stage, body)) = failure else {
             return Ok(());
         };
+        let source = if stage == engine::OPEN {
+            self.open_loop()?
+        } else {
+            self.error(&stage, body)
+        };
         self.reset()?;
         Err(Error::Step {
             step: done,
             count,
-            source: Box::new(self.error(&stage, body)),
+            source: Box::new(source),
         })
     }
 
@@ -349,9 +357,25 @@ impl Simulation {
 
     /// Reads those that were computed last.
     pub(crate) fn read_accelerations(&mut self) -> Result<Vec<f64>, Error> {
+        let numbers = self.read_state()?;
+        Ok(self.accelerations_of(&numbers))
+    }
+
+    /// The state and the joint accelerations in it, as [`accelerations`](Self::accelerations), read at once.
+    pub(crate) fn solved(&mut self) -> Result<(State, Vec<f64>), Error> {
+        self.solve()?;
+        let numbers = self.read_state()?;
+        let state = self.transfer().state_of(&numbers, self.time);
+        Ok((state, self.accelerations_of(&numbers)))
+    }
+
+    fn read_state(&mut self) -> Result<Vec<f64>, Error> {
         let tables = &self.tables;
-        let numbers =
-            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        Ok(in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?)
+    }
+
+    fn accelerations_of(&self, numbers: &[f64]) -> Vec<f64> {
+        let tables = &self.tables;
         let mut qdd = vec![0.0; self.model.dof_count()];
         for (&dof, number) in tables
             .dofs
@@ -361,7 +385,7 @@ impl Simulation {
             let dof = dof as usize;
             qdd[dof] = number * self.scales.acceleration[dof];
         }
-        Ok(qdd)
+        qdd
     }
 
     /// Computes the joint accelerations and leaves them on the device.
@@ -499,6 +523,24 @@ impl Simulation {
         self.taken = 0;
         self.turned = false;
         Ok(())
+    }
+
+    /// The loop that is furthest from closed in the state that was worked on.
+    fn open_loop(&mut self) -> Result<Error, Error> {
+        let tables = &self.tables;
+        let numbers =
+            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let work = tables.positions.len() + tables.dofs.len();
+        let state = self.transfer().state_of(&numbers[work..], self.time);
+        let found =
+            Loops::of_model(&self.model).map(|mut loops| loops.violation(&self.model, &state));
+        let (name, violation) =
+            found.map_or_else(Default::default, |found| (found.name, found.position));
+        Ok(Error::LoopNotClosed {
+            name,
+            violation,
+            time: self.time,
+        })
     }
 
     fn error(&self, stage: &str, body: usize) -> Error {

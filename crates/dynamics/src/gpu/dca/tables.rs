@@ -6,6 +6,7 @@
 
 use super::engine::JOINT_FORCES;
 use super::layers::{Item, Layered, Rounds, Width};
+use super::loops::LoopTables;
 use super::order::{Joins, Order, Rakes, Seams};
 use crate::dca::plan::{Inboard, Outboard, Part, Plan, Raked};
 use crate::link::Kind;
@@ -60,6 +61,8 @@ pub(super) struct Tables {
     pub(super) places: Vec<u32>,
     /// From a body's joint to its handle point, in joint axes; the body's frame in its joint frame.
     pub(super) at_center: Vec<bool>,
+    /// Closed loops and couplings, if there are any.
+    pub(super) loops: Option<LoopTables>,
 }
 
 impl Tables {
@@ -97,6 +100,7 @@ impl Tables {
                 .iter()
                 .map(|&old| plan.at_center[old])
                 .collect(),
+            loops: None,
         };
         tables.slots = (plan.slots.iter())
             .map(|&old| order.new_slots[old as usize])
@@ -314,6 +318,16 @@ impl Tables {
         self.words.extend(&rakes.heads);
     }
 
+    /// Where a slot's coordinates start among those on the device.
+    pub(super) fn position_start(&self, slot: u32) -> u32 {
+        self.words[self.bodies.len() + slot as usize]
+    }
+
+    /// Where a slot's freedoms start among those on the device.
+    pub(super) fn dof_start(&self, slot: u32) -> u32 {
+        self.words[2 * self.bodies.len() + slot as usize]
+    }
+
     /// Numbers of four in the kernels' scratch memory.
     pub(super) fn scratch_len(&self) -> usize {
         let s = &self.sizes;
@@ -379,7 +393,7 @@ impl Tables {
     }
 }
 
-fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
+pub(super) fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
     DQuat::from_mat3(&rotation.to_glam()).normalize().to_array()
 }
 

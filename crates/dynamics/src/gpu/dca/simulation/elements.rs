@@ -19,7 +19,8 @@ impl Simulation {
     /// Sets the motor of a body's joint; the device is given it with the next step.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; the motor is then as it was. The first
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`], of models with closed loops
+    /// [`Error::ElementUnavailable`]; the motor is then as it was. The first
     /// motor of a model without elements takes kernels and memory of its own, for which [`Error::ModelTooLarge`]
     /// and [`Error::Gpu`] are possible.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
@@ -30,7 +31,8 @@ impl Simulation {
         }
         let mut elements = Box::new(Elements::new(&self.model));
         elements.set_motor(body, motor)?;
-        self.take_elements(elements)
+        let name = self.model.bodies()[body.index()].name.clone();
+        self.take_elements(elements, &name)
     }
 
     /// What acts in the joints; none where nothing ever did. [`work`](Self::work) is done on the device, and not
@@ -38,10 +40,6 @@ impl Simulation {
     #[must_use]
     pub fn elements(&self) -> Option<&Elements> {
         self.elements.as_deref()
-    }
-
-    pub(crate) fn elements_mut(&mut self) -> Option<&mut Elements> {
-        self.elements.as_deref_mut()
     }
 
     /// Work done by springs, dampers, friction, stops and motors in the steps taken so far, in the precision of
@@ -80,8 +78,17 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes on with kernels for elements.
-    pub(super) fn take_elements(&mut self, elements: Box<Elements>) -> Result<(), Error> {
+    /// Goes on with kernels for elements, the first of which acts in a body's joint.
+    pub(super) fn take_elements(
+        &mut self,
+        elements: Box<Elements>,
+        body: &str,
+    ) -> Result<(), Error> {
+        if crate::loops::has_loops(&self.model) {
+            return Err(Error::ElementUnavailable {
+                body: body.to_owned(),
+            });
+        }
         let state = self.state()?;
         let device = in_engine!(&self.engines, engine => engine.device().clone());
         let timing = in_engine!(&self.engines, engine => engine.timing());
