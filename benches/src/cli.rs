@@ -185,6 +185,9 @@ pub struct MotionArgs {
     /// Simulated seconds of a run.
     #[arg(long, default_value_t = 60.0, value_parser = positive_seconds)]
     pub seconds: f64,
+    /// Run only the scenes whose names contain one of these; runs of the others in the folder stay.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub only: Vec<String>,
     /// Folder for motion.json, motion.md and plots.
     #[arg(long, default_value = "target/motion", value_name = "DIR")]
     pub out: PathBuf,
