@@ -8,6 +8,7 @@ mod contacts;
 mod dynamics;
 mod dynamics_errors;
 mod faults;
+mod forward_errors;
 mod loops;
 mod mismatches;
 mod primitives;
@@ -88,6 +89,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dynamics_seeds", dynamics_errors::seeds),
     check("dynamics_f32_seeds", dynamics_errors::f32_seeds),
     check("dynamics_refined", dynamics_errors::refined),
+    check("forward_errors", forward_errors::forward_errors),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),

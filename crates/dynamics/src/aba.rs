@@ -10,6 +10,7 @@
 //! A freedom may have inertia E of its own, which turns with nothing but the joint (a rotor, what an
 //! implicit step adds): D = S' U + E, and the joint transmits S' f = tau - E qdd.
 
+use crate::balance::largest_push;
 use crate::drive::{driven, transmitted};
 use crate::link::{Kind, Link};
 use crate::passed_on::PassedOn;
@@ -37,6 +38,7 @@ pub fn aba<'w>(
 ) -> Result<&'w [f64], Error> {
     forces.check(model)?;
     workspace.set_state(model, state)?;
+    workspace.push = largest_push(model, forces);
     let Workspace {
         scales,
         arrays,

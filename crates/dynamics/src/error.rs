@@ -161,6 +161,18 @@ pub enum Error {
         /// Its residual of the bodies' own equations.
         residual: f64,
     },
+    /// A check of a [`Monitor`](crate::Monitor) that found too large an error, where that ends the run.
+    #[error(
+        "at {time} s the accelerations have a relative error of {error:.0e} where {tolerance:e} was wanted: ask for more precision or a tolerance, or let the monitor go on"
+    )]
+    Inexact {
+        /// Time of the state \[s\].
+        time: f64,
+        /// Forward error, as one correction shows it.
+        error: f64,
+        /// Forward error wanted.
+        tolerance: f64,
+    },
     /// A tolerance that is no number or below what f64 can hold.
     #[error("a tolerance of {tolerance:e} cannot be met in f64: ask for 2.3e-16 or more")]
     ToleranceRange {

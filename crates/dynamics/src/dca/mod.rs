@@ -18,12 +18,15 @@ mod leaf;
 mod place;
 pub(crate) mod plan;
 mod rake;
+mod settle;
 mod solution;
 mod split;
 mod tree;
 
 pub(crate) use split::PARALLEL_BODIES;
 
+use crate::across::Given;
+use crate::balance::{largest_push, least_acceleration};
 use crate::link::Scales;
 use crate::refine::{Loads, relative};
 use crate::workspace::{require, same_model};
@@ -81,7 +84,12 @@ pub struct DcaWorkspace {
     qdd: Vec<f64>,
     computed: bool,
     wrenches_computed: bool,
+    /// Whether the solution has been corrected, and the drift taken out of the bodies' places.
+    corrected: bool,
+    settled: bool,
     time: f64,
+    q: Vec<f64>,
+    qd: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -141,7 +149,11 @@ impl DcaWorkspace {
             qdd: vec![0.0; model.dof_count()],
             computed: false,
             wrenches_computed: false,
+            corrected: false,
+            settled: false,
             time: 0.0,
+            q: vec![0.0; model.position_count()],
+            qd: vec![0.0; model.dof_count()],
             options: *options,
             model: model.clone(),
         })
@@ -247,7 +259,8 @@ impl Solved for DcaWorkspace {
     }
 
     fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
-        self.correct(forces, Loads::Left)
+        let loads = Loads::of_correction(self.corrected);
+        self.correct(forces, loads)
     }
 }
 
@@ -255,19 +268,34 @@ impl DcaWorkspace {
     /// Corrects the solution once, or adds the response to other loads.
     pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         self.compute_joint_wrenches(forces)?;
-        let (threads, scales) = (self.options.parallel, &self.scales.acceleration);
+        let (threads, scales) = (self.options.parallel, &self.scales);
         self.computed = false;
         self.wrenches_computed = false;
+        let settles = loads == Loads::Settled && !self.settled;
+        let push = largest_push(&self.model, forces);
+        let least = least_acceleration(&self.model, scales, &self.qd, push);
+        let given = Given {
+            q: &self.q,
+            qd: &self.qd,
+            rate_scales: &scales.rate,
+            length: self.model.units().length,
+        };
         let refined = in_tree!(&mut self.trees, tree => {
+            tree.prepare_to_settle(&self.model);
+            if settles {
+                tree.settle(self.model.units(), &given, forces, scales, threads);
+            }
             tree.correct(loads, threads).map(|residual| Refinement {
                 residual,
-                change: tree.read_change(&mut self.qdd, scales),
+                change: tree.read_change(&mut self.qdd, &scales.acceleration, least),
             })
         });
         let refined = refined.map_err(|fault| self.named(fault))?;
         finite_results(&self.model, "joint acceleration", &self.qdd, self.time)?;
         self.computed = true;
         self.wrenches_computed = true;
+        self.corrected |= loads != Loads::Rounding;
+        self.settled |= settles;
         Ok(refined)
     }
 }
@@ -311,7 +339,11 @@ pub fn dca<'w>(
     state.check(model)?;
     workspace.computed = false;
     workspace.wrenches_computed = false;
+    workspace.corrected = false;
+    workspace.settled = false;
     workspace.time = state.time;
+    workspace.q.copy_from_slice(&state.q);
+    workspace.qd.copy_from_slice(&state.qd);
     let DcaWorkspace {
         trees,
         scales,
@@ -331,9 +363,9 @@ pub fn dca<'w>(
 
 impl<T: Real, L: Real> Tree<T, L> {
     /// [`read_accelerations`](Self::read_accelerations); gives the largest change of one, as part of the
-    /// largest.
-    fn read_change(&self, qdd: &mut [f64], scales: &[f64]) -> f64 {
-        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+    /// largest, or of `least` if that is larger.
+    fn read_change(&self, qdd: &mut [f64], scales: &[f64], least: f64) -> f64 {
+        let (mut change, mut largest) = (0.0_f64, least);
         let own = (self.plan.model_dofs.iter()).zip(self.chunks.qdd.iter().zip(self.changes()));
         for (&dof, (own, by)) in own {
             let dof = dof as usize;

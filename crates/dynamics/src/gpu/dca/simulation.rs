@@ -173,9 +173,7 @@ impl Simulation {
     /// # Errors
     /// [`Error::Gpu`].
     pub fn state(&mut self) -> Result<State, Error> {
-        let tables = &self.tables;
-        let numbers =
-            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let numbers = self.read_state()?;
         Ok(self.transfer().state_of(&numbers, self.time))
     }
 
@@ -321,9 +319,25 @@ impl Simulation {
 
     /// Reads those that were computed last.
     pub(crate) fn read_accelerations(&mut self) -> Result<Vec<f64>, Error> {
+        let numbers = self.read_state()?;
+        Ok(self.accelerations_of(&numbers))
+    }
+
+    /// The state and the joint accelerations in it, as [`accelerations`](Self::accelerations), read at once.
+    pub(crate) fn solved(&mut self) -> Result<(State, Vec<f64>), Error> {
+        self.solve()?;
+        let numbers = self.read_state()?;
+        let state = self.transfer().state_of(&numbers, self.time);
+        Ok((state, self.accelerations_of(&numbers)))
+    }
+
+    fn read_state(&mut self) -> Result<Vec<f64>, Error> {
         let tables = &self.tables;
-        let numbers =
-            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        Ok(in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?)
+    }
+
+    fn accelerations_of(&self, numbers: &[f64]) -> Vec<f64> {
+        let tables = &self.tables;
         let mut qdd = vec![0.0; self.model.dof_count()];
         for (&dof, number) in tables
             .dofs
@@ -333,7 +347,7 @@ impl Simulation {
             let dof = dof as usize;
             qdd[dof] = number * self.scales.acceleration[dof];
         }
-        Ok(qdd)
+        qdd
     }
 
     /// Computes the joint accelerations and leaves them on the device.
