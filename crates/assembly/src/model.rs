@@ -3,7 +3,7 @@
 use crate::{
     BodyDescription, Coupling, CouplingDescription, Edit, FrameDescription, Joint, Loop,
     LoopDescription, MassProperties, ModelDescription, ModelError, State, Units, closure,
-    description::MODEL_VERSION, massless, not_simulated::NotSimulated, validate,
+    description::MODEL_VERSION, massless, not_simulated::NotSimulated, units::Sizes, validate,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -39,6 +39,8 @@ pub(crate) struct Inner {
     name: String,
     gravity: DVec3,
     units: Units,
+    /// What the units are the medians of.
+    pub(crate) sizes: Sizes,
     bodies: Vec<Body>,
     frames: Vec<Frame>,
     pub(crate) loops: Vec<Loop>,
@@ -305,10 +307,12 @@ impl Model {
         } = description;
         let mut by_name = HashMap::with_capacity(written.len());
         let mut bodies: Vec<Body> = Vec::with_capacity(written.len());
+        let mut sizes = Sizes::default();
         let mut slots: Vec<Option<BodyDescription>> = written.into_iter().map(Some).collect();
         for body in order.into_iter().filter_map(|index| slots[index].take()) {
             let parent = body.parent.and_then(|name| by_name.get(&name).copied());
             by_name.insert(body.name.clone(), body_id(bodies.len()));
+            sizes.add(&body.joint, &body.mass);
             bodies.push(Body {
                 name: body.name,
                 parent,
@@ -332,23 +336,20 @@ impl Model {
             bodies,
             frames,
             closed,
-            OnceLock::from(by_name),
+            (OnceLock::from(by_name), sizes),
         )
     }
 
-    /// The model of bodies that were checked, parents first, whose coordinates are counted here.
+    /// The model of bodies that were checked, parents first, whose coordinates are counted here and whose
+    /// sizes are given.
     pub(crate) fn of_bodies(
         (name, gravity): (String, DVec3),
         mut bodies: Vec<Body>,
         frames: Vec<Frame>,
         (loops, couplings): (Vec<Loop>, Vec<Coupling>),
-        by_name: OnceLock<HashMap<String, BodyId>>,
+        (by_name, sizes): (OnceLock<HashMap<String, BodyId>>, Sizes),
     ) -> Self {
-        let sizes = |b| {
-            let Body { joint, mass, .. }: &Body = b;
-            (mass, &joint.parent_placement, &joint.child_placement)
-        };
-        let units = Units::of_bodies(bodies.iter().map(sizes), gravity);
+        let units = Units::of_sizes(&sizes, gravity);
         let mut depths: Vec<usize> = Vec::with_capacity(bodies.len());
         let (mut position_count, mut dof_count) = (0, 0);
         for body in &mut bodies {
@@ -362,6 +363,7 @@ impl Model {
                 name,
                 gravity,
                 units,
+                sizes,
                 depth: depths.into_iter().max().unwrap_or(0),
                 bodies,
                 frames,

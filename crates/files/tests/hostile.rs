@@ -136,11 +136,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn mjcf_is_refused_or_sound(damages in damages(), which in 0..3_usize) {
+    fn mjcf_is_refused_or_sound(damages in damages(), which in 0..4_usize) {
         let texts = [
             include_str!("data/quadruped.xml"),
             include_str!("data/mechanism.xml"),
             include_str!("data/chain.xml"),
+            include_str!("data/linkage.xml"),
         ];
         let text = damaged(texts[which], &damages);
         let options = vertebra_files::mjcf::Options::default();
