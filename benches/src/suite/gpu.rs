@@ -7,6 +7,7 @@ mod compare;
 mod contacts;
 mod dynamics;
 mod dynamics_errors;
+mod elements;
 mod faults;
 mod forward_errors;
 mod loops;
@@ -89,6 +90,9 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dynamics_seeds", dynamics_errors::seeds),
     check("dynamics_f32_seeds", dynamics_errors::f32_seeds),
     check("dynamics_refined", dynamics_errors::refined),
+    check("dca_joint_inertia", elements::inertia),
+    check("dynamics_elements", elements::steps),
+    check("dynamics_smooth_elements", elements::smooth_steps),
     check("forward_errors", forward_errors::forward_errors),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),

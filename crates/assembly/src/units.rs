@@ -149,9 +149,13 @@ mod tests {
     fn medians_of_octaves() {
         let mut random = crate::Random::new(5);
         for length in 1..40 {
-            let mut values: Vec<f64> = (0..length).map(|_| (8.0 * random.signed()).exp2()).collect();
+            let mut values: Vec<f64> = (0..length)
+                .map(|_| (8.0 * random.symmetric()).exp2())
+                .collect();
             let mut octaves = Octaves::default();
-            values.iter().for_each(|&v| octaves.count(v, |count| *count += 1));
+            values
+                .iter()
+                .for_each(|&v| octaves.count(v, |count| *count += 1));
             for _ in 0..length / 3 {
                 let gone = values.pop().unwrap_or(1.0);
                 octaves.count(gone, |count| *count -= 1);

@@ -267,12 +267,12 @@ impl Simulation {
         &mut self.forces
     }
 
-    /// Sets the motor of a body's joint. Nothing is allocated but by the first motor of a model without
-    /// elements.
+    /// Sets the motor of a body's joint; a GPU is given it with the next step. Nothing is allocated but by the
+    /// first motor of a model without elements.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; on a GPU
-    /// [`Error::UnavailableOnGpu`]. The motor is then as it was.
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; of the first motor on a GPU also
+    /// [`Error::ModelTooLarge`] and `Error::Gpu`. The motor is then as it was.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
         match &mut self.runs {
             Runs::Host(host) => {
@@ -280,38 +280,50 @@ impl Simulation {
                 host.elements.get_or_insert_with(new).set_motor(body, motor)
             }
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => Err(Error::UnavailableOnGpu {
-                what: "a motor",
-                remedy: "give joint forces, or simulate on `Device::cpu()`",
-            }),
+            Runs::Gpu(remote) => remote.simulation.set_motor(body, motor),
         }
     }
 
     /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
-    #[must_use]
-    pub fn work(&self) -> Work {
-        self.elements()
-            .map_or_else(Work::default, |elements| *elements.work())
+    ///
+    /// # Errors
+    /// On a GPU, from which it is read back, `Error::Gpu`.
+    #[cfg_attr(
+        not(feature = "gpu"),
+        expect(
+            clippy::unnecessary_wraps,
+            clippy::needless_pass_by_ref_mut,
+            reason = "of a GPU it can fail"
+        )
+    )]
+    pub fn work(&mut self) -> Result<Work, Error> {
+        #[cfg(feature = "gpu")]
+        if let Runs::Gpu(remote) = &mut self.runs {
+            return remote.simulation.work();
+        }
+        let elements = self.elements();
+        Ok(elements.map_or_else(Work::default, |elements| *elements.work()))
     }
 
     /// Energy that springs and rotors hold.
     ///
     /// # Errors
-    /// None: the state fits the model.
-    pub fn stored(&self) -> Result<Stored, Error> {
+    /// On a GPU, from which the state is read back, `Error::Gpu`.
+    pub fn stored(&mut self) -> Result<Stored, Error> {
+        self.fetch_state()?;
         match self.elements() {
             Some(elements) => elements.stored(&self.state),
             None => Ok(Stored::default()),
         }
     }
 
-    /// What acts in the joints; none where nothing does.
+    /// What acts in the joints; none where nothing does. What steps on a GPU make of it [`work`](Self::work) says.
     #[must_use]
     pub fn elements(&self) -> Option<&Elements> {
         match &self.runs {
             Runs::Host(host) => host.elements.as_deref(),
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => None,
+            Runs::Gpu(remote) => remote.simulation.elements(),
         }
     }
 

@@ -24,7 +24,7 @@ use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{Model, State};
 
 /// How much worse a correction may be than the one before, or the solution itself, makes expect.
-const CAUTION: f64 = 1000.0;
+pub(crate) const CAUTION: f64 = 1000.0;
 
 /// Errors of a precision that rounding alone makes likely, as multiples of its epsilon: no method in it
 /// is asked for less.
@@ -39,7 +39,7 @@ pub(crate) const NOISE: f64 = 16.0;
 
 /// Corrections of one solution at most: what has not converged by then is had more cheaply from the
 /// next more precise method.
-const SWEEPS: u32 = 6;
+pub(crate) const SWEEPS: u32 = 6;
 
 /// How a [`Solver`](crate::Solver) with a tolerance has met it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,6 +104,15 @@ impl Method {
         match self {
             Self::Aba(workspace) => workspace.correct(forces, loads),
             Self::Dca(workspace) => workspace.correct(forces, loads),
+        }
+    }
+
+    /// Replaces joint forces by the accelerations H^-1 tau that they cause, both in the model's units, with the factors
+    /// of the last solution.
+    pub(crate) fn substitute(&mut self, values: &mut [f64]) {
+        match self {
+            Self::Aba(workspace) => workspace.substitute(values),
+            Self::Dca(workspace) => workspace.substitute(values),
         }
     }
 
@@ -237,6 +246,36 @@ impl Ladder {
         self.achieved.as_ref()
     }
 
+    pub(crate) const fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// The method in use, once it has solved anything.
+    pub(crate) fn method(&mut self) -> Option<&mut Method> {
+        self.rungs[self.at].method.as_mut()
+    }
+
+    /// Takes note of what else solutions leave and how far off they are; none if that is too far.
+    pub(crate) fn add(&mut self, residual: f64, error: f64) -> Result<(), Error> {
+        let Some(achieved) = &mut self.achieved else {
+            return Ok(());
+        };
+        achieved.residual = achieved.residual.max(residual);
+        achieved.error = achieved.error.max(error);
+        if achieved.error <= self.tolerance {
+            return Ok(());
+        }
+        let Achieved {
+            residual, error, ..
+        } = *achieved;
+        self.achieved = None;
+        Err(Error::ToleranceMissed {
+            tolerance: self.tolerance,
+            error,
+            residual,
+        })
+    }
+
     /// Solves to the tolerance, by the method that met it last or a more precise one.
     pub(crate) fn solve(
         &mut self,
@@ -342,7 +381,7 @@ fn method(
     (schedule, parallel): (Option<ScheduleOptions>, bool),
 ) -> Result<Method, Error> {
     Ok(match algorithm {
-        Algorithm::Aba => Method::Aba(Box::new(Workspace::new(model, chunks))),
+        Algorithm::Aba => Method::Aba(Box::new(Workspace::of_tree(model, chunks))),
         Algorithm::Dca => {
             let options = DcaOptions {
                 chunks,
@@ -350,7 +389,7 @@ fn method(
                 schedule,
                 parallel,
             };
-            Method::Dca(Box::new(DcaWorkspace::new(model, &options)?))
+            Method::Dca(Box::new(DcaWorkspace::of_tree(model, &options)?))
         }
     })
 }

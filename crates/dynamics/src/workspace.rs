@@ -4,6 +4,7 @@ use crate::balance::least_acceleration;
 use crate::correct::Corrections;
 use crate::derivatives::Tangents;
 use crate::link::{BodyFrame, Link, Scales};
+use crate::loops::{first_loop, refuse_looped};
 use crate::substitute::Substitution;
 use crate::{Error, Forces, Precision};
 use glam::{DQuat, DVec3};
@@ -35,6 +36,8 @@ pub struct Workspace {
     pub(crate) tau: Vec<f64>,
     /// Mass matrix by columns, once it has been asked for.
     pub(crate) mass_matrix: Vec<f64>,
+    /// The first loop or coupling, if the model has any and is not taken as a tree.
+    looped: Option<String>,
 }
 
 /// Velocity [rad/s, m/s] or acceleration [rad/s^2, m/s^2] of a body, in world axes.
@@ -272,8 +275,24 @@ impl Workspace {
             qdd: vec![0.0; model.dof_count()],
             tau: vec![0.0; model.dof_count()],
             mass_matrix: Vec::new(),
+            looped: first_loop(model),
             model: model.clone(),
         }
+    }
+
+    /// The same for a model of which only the tree is looked at: [`aba`](crate::aba) and what follows from it leave its
+    /// loops open and its coupled joints free.
+    #[must_use]
+    pub fn of_tree(model: &Model, precision: Precision) -> Self {
+        Self {
+            looped: None,
+            ..Self::new(model, precision)
+        }
+    }
+
+    /// Refuses a model with loops, if it is not taken as a tree.
+    pub(crate) fn refuse_loops(&self, by: &'static str) -> Result<(), Error> {
+        refuse_looped(self.looped.as_ref(), by)
     }
 
     /// The precision it works in.

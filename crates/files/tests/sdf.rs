@@ -29,10 +29,10 @@ fn bodies_stand_where_their_frames_say() {
     let model = &import.model;
     let mut workspace = Workspace::new(model, Precision::F64);
     forward_kinematics(model, &State::neutral(model), &mut workspace).unwrap();
-    let rover = at(0.0, 1.0, 0.5) * DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+    let rover = at(0.0, 1.0, 0.5) * DAffine3::from_rotation_z(FRAC_PI_2);
     let chassis = rover * at(0.0, 0.0, 0.1);
     let axle = chassis * at(0.3, 0.0, -0.1);
-    let wheel = axle * at(0.0, 0.3, 0.0) * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    let wheel = axle * at(0.0, 0.3, 0.0) * DAffine3::from_rotation_x(-FRAC_PI_2);
     let tilt = DAffine3::from_quat(DQuat::from_xyzw(0.0, 0.1, 0.0, 1.0).normalize());
     let mast = chassis * at(0.1, 0.0, 0.6) * tilt;
     for (name, expected) in [("chassis", chassis), ("wheel", wheel), ("mast", mast)] {

@@ -81,7 +81,9 @@ const PARTS: &[&str] = &[
     include_str!("../../wgsl/dca/memory.wgsl"),
     include_str!("../../wgsl/dca/place.wgsl"),
     include_str!("../../wgsl/dca/poses_none.wgsl"),
+    include_str!("../../wgsl/dca/pitch_none.wgsl"),
     include_str!("../../wgsl/dca/advance.wgsl"),
+    include_str!("../../wgsl/dca/settle_none.wgsl"),
     part!("memory"),
 ];
 

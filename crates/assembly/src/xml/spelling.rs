@@ -15,19 +15,26 @@ pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
         .filter(|name| (1..=allowed).contains(&distance(word, name)))
 }
 
-/// Letters to change, insert or take away that make one word of the other (Levenshtein 1966).
+/// Letters to change, insert, take away or exchange with their neighbours that make one word of the other (the
+/// restricted distance of Damerau 1964 and Levenshtein 1966).
 fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, letter) in a.chars().enumerate() {
-        let mut diagonal = core::mem::replace(&mut row[0], i + 1);
-        for (j, other) in b.iter().enumerate() {
-            let changed = diagonal + usize::from(letter != *other);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
+    let [a, b]: [Vec<char>; 2] = [a, b].map(|word| word.chars().collect());
+    // The distances of the beginnings of both.
+    let mut table = vec![vec![0; b.len() + 1]; a.len() + 1];
+    for i in 0..=a.len() {
+        for j in 0..=b.len() {
+            if i == 0 || j == 0 {
+                table[i][j] = i + j;
+                continue;
+            }
+            let changed = table[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            table[i][j] = changed.min(table[i - 1][j] + 1).min(table[i][j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                table[i][j] = table[i][j].min(table[i - 2][j - 2] + 1);
+            }
         }
     }
-    row[b.len()]
+    table[a.len()][b.len()]
 }
 
 #[cfg(test)]
@@ -48,6 +55,7 @@ mod tests {
         assert_eq!(nearest("rang", &known), Some("range"));
         assert_eq!(nearest("frictionlos", &known), Some("frictionloss"));
         assert_eq!(nearest("axes", &known), Some("axis"));
+        assert_eq!(nearest("rnage", &known), Some("range"));
         for other in ["margin", "group", "user", "po", "damping", "xyz", "solref"] {
             assert_eq!(nearest(other, &known), None, "{other}");
         }

@@ -34,12 +34,12 @@ use vertebra_spatial::{Force, Motion, Real, Vec3};
 #[derive(Clone, Debug)]
 pub(super) struct Corrections<T> {
     /// e of each body, about its joint's origin.
-    jumps: Vec<Motion<T>>,
+    pub(super) jumps: Vec<Motion<T>>,
     /// r of each body, about its handle point.
-    loads: Vec<Force<T>>,
+    pub(super) loads: Vec<Force<T>>,
     /// Corrections of the accelerations; of the freedoms.
     accelerations: Vec<Motion<T>>,
-    qdd: Vec<T>,
+    pub(super) qdd: Vec<T>,
     /// Corrections of the transmitted forces.
     wrenches: Vec<Force<T>>,
     /// For each chunk, the slot of the first body beyond its cut body on the path.
@@ -47,7 +47,7 @@ pub(super) struct Corrections<T> {
 }
 
 impl<T: Real> Corrections<T> {
-    fn new(plan: &Plan<T>) -> Self {
+    pub(super) fn new(plan: &Plan<T>) -> Self {
         let mut beyond = vec![None; plan.chunks.len()];
         for (index, chunk) in plan.chunks.iter().enumerate() {
             if let Inboard::Cut(cut) = chunk.inboard {
@@ -104,26 +104,13 @@ impl<T: Real, L: Real> Tree<T, L> {
             left,
             &|chunk, left| self.measure(chunk, beyond[chunk], loads, left),
         );
-        for round in 0..self.plan.schedule.round_count() {
-            self.sum_again(round, parallel);
-            self.assemble_again(round, own, parallel);
-            self.join_again(round, parallel);
-        }
-        // From here on the chunks hold the correction, and `own` the solution.
-        core::mem::swap(&mut self.chunks.accelerations, &mut own.accelerations);
-        core::mem::swap(&mut self.chunks.qdd, &mut own.qdd);
-        let descent = Descent {
-            base: Motion::ZERO,
-            jumps: Some(&own.jumps),
-        };
-        let descended = self.descend(&descent, parallel);
+        let descended = self.respond_again(own, parallel);
         let acting = Acting::Loads {
             loads: &own.loads,
             jumps: &own.jumps,
         };
         self.transmit_into(&mut own.wrenches, &acting, parallel);
-        core::mem::swap(&mut self.chunks.accelerations, &mut own.accelerations);
-        core::mem::swap(&mut self.chunks.qdd, &mut own.qdd);
+        self.exchange(own);
         descended?;
         for (a, &change) in self.chunks.accelerations.iter_mut().zip(&own.accelerations) {
             *a += change;
@@ -135,6 +122,31 @@ impl<T: Real, L: Real> Tree<T, L> {
             *f += change;
         }
         Ok(residual)
+    }
+
+    /// Up and down: what loads and jumps move. It is left in the chunks, and the solution that they had in `own`.
+    pub(super) fn respond_again(
+        &mut self,
+        own: &mut Corrections<T>,
+        parallel: bool,
+    ) -> Result<(), Fault> {
+        for round in 0..self.plan.schedule.round_count() {
+            self.sum_again(round, parallel);
+            self.assemble_again(round, own, parallel);
+            self.join_again(round, parallel);
+        }
+        self.exchange(own);
+        let descent = Descent {
+            base: Motion::ZERO,
+            jumps: Some(&own.jumps),
+        };
+        self.descend(&descent, parallel)
+    }
+
+    /// Exchanges the accelerations in the chunks with those in `own`.
+    pub(super) fn exchange(&mut self, own: &mut Corrections<T>) {
+        core::mem::swap(&mut self.chunks.accelerations, &mut own.accelerations);
+        core::mem::swap(&mut self.chunks.qdd, &mut own.qdd);
     }
 
     /// What the equations of a chunk's bodies leave; gives the largest part of any term that it is.

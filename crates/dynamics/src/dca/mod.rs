@@ -21,6 +21,7 @@ mod rake;
 mod settle;
 mod solution;
 mod split;
+mod substitute;
 mod tree;
 
 pub(crate) use split::PARALLEL_BODIES;
@@ -28,6 +29,7 @@ pub(crate) use split::PARALLEL_BODIES;
 use crate::across::Given;
 use crate::balance::{largest_push, least_acceleration};
 use crate::link::Scales;
+use crate::loops::{first_loop, refuse_looped};
 use crate::refine::{Loads, relative};
 use crate::workspace::{require, same_model};
 use crate::{BodyForce, Error, Forces, Precision, Refinement, Residual, Solved, finite_results};
@@ -91,6 +93,8 @@ pub struct DcaWorkspace {
     time: f64,
     q: Vec<f64>,
     qd: Vec<f64>,
+    /// The first loop or coupling, if the model has any and is not taken as a tree.
+    looped: Option<String>,
 }
 
 #[derive(Clone, Debug)]
@@ -155,8 +159,21 @@ impl DcaWorkspace {
             time: 0.0,
             q: vec![0.0; model.position_count()],
             qd: vec![0.0; model.dof_count()],
+            looped: first_loop(model),
             options: *options,
             model: model.clone(),
+        })
+    }
+
+    /// The same for a model of which only the tree is looked at: [`dca`] leaves its loops open and its coupled joints
+    /// free.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_tree(model: &Model, options: &DcaOptions) -> Result<Self, Error> {
+        Ok(Self {
+            looped: None,
+            ..Self::new(model, options)?
         })
     }
 
@@ -266,6 +283,14 @@ impl Solved for DcaWorkspace {
 }
 
 impl DcaWorkspace {
+    /// Replaces joint forces by the accelerations H^-1 tau that they cause, both in the model's units, with the factors
+    /// of the last [`dca`]; not numbers where they overflow. Transmitted forces can be computed before, not after.
+    pub(crate) fn substitute(&mut self, values: &mut [f64]) {
+        self.computed &= self.wrenches_computed;
+        let threads = self.options.parallel;
+        in_tree!(&mut self.trees, tree => tree.substitute(values, threads));
+    }
+
     /// Corrects the solution once, or adds the response to other loads.
     pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         self.compute_joint_wrenches(forces)?;
@@ -315,7 +340,8 @@ pub(crate) fn check_precisions(chunks: Precision, tree: Precision) -> Result<(),
 /// # Errors
 /// [`Error`] if an input does not fit the model or the workspace, if a joint moves no inertia in this
 /// position, if the halves of a body cannot be joined in the precision of the tree, or if the
-/// result overflows.
+/// result overflows; [`Error::LoopsUnavailable`] if the model has loops or couplings, unless the workspace is one
+/// [of the tree](DcaWorkspace::of_tree).
 ///
 /// ```
 /// use vertebra_assembly::{State, generate};
@@ -337,6 +363,7 @@ pub fn dca<'w>(
 ) -> Result<&'w [f64], Error> {
     forces.check(model)?;
     workspace.check_model(model)?;
+    refuse_looped(workspace.looped.as_ref(), "`dca`")?;
     state.check(model)?;
     workspace.computed = false;
     workspace.wrenches_computed = false;

@@ -233,6 +233,13 @@ impl Constraint {
         terms.map(|(&entry, &dof)| entry * vector[dof]).sum()
     }
 
+    /// Adds a multiple of a row to a vector over all freedoms.
+    pub(super) fn add(&self, row: usize, values: &[f64], factor: f64, vector: &mut [f64]) {
+        for (&dof, &entry) in self.dofs.iter().zip(self.row(row, values)) {
+            vector[dof] += factor * entry;
+        }
+    }
+
     pub(super) fn evaluate(
         &self,
         s: &Sweeps<f64>,

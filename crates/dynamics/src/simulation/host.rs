@@ -21,7 +21,7 @@ pub(super) fn workspace<'a>(
     let precision = solver.choice().precision;
     match solver.workspace_mut() {
         Some(own) => own,
-        None => other.get_or_insert_with(|| Workspace::new(model, precision)),
+        None => other.get_or_insert_with(|| Workspace::of_tree(model, precision)),
     }
 }
 
@@ -112,12 +112,7 @@ impl Host {
         }
         self.solver.forward_dynamics(model, state, forces)?;
         let held = self.held.get_or_insert_with(|| Forces::none(model));
-        held.joint.clone_from(&forces.joint);
-        held.joint_inertia.clone_from(&forces.joint_inertia);
-        held.clear_external();
-        for &(body, wrench) in forces.external() {
-            held.push(body, wrench);
-        }
+        held.copy_from(forces);
         self.solver.add_loop_forces(model, held);
         Ok((held, &mut self.solver))
     }
@@ -153,7 +148,10 @@ impl Host {
             elements,
         };
         let (solver, stages) = (&mut self.solver, &mut self.stages);
-        step.take(integrator, solver, stages, &mut self.next)?;
+        solver.begin_step(integrator);
+        let taken = step.take(integrator, solver, stages, &mut self.next);
+        solver.end_step();
+        taken?;
         self.solver.close(model, &mut self.next, forces)?;
         let time = state.time;
         finite_results(model, "joint rate", &self.next.qd, time)?;

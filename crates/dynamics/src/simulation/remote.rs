@@ -4,7 +4,7 @@ use super::exact::Exact;
 use super::host::Host;
 use crate::loops::refuse_loops;
 use crate::{
-    Achieved, Algorithm, Choice, Error, Forces, Integrator, Monitor, Precision, Solver,
+    Achieved, Algorithm, Choice, Elements, Error, Forces, Integrator, Monitor, Precision, Solver,
     SolverOptions, Workspace, check_accelerations, gpu,
 };
 use vertebra_assembly::{Model, State};
@@ -44,22 +44,27 @@ impl Remote {
         model: &Model,
         options: &gpu::Options,
     ) -> Result<Self, Error> {
-        Ok(Self {
-            simulation: gpu::Simulation::on(device, model, options)?,
+        let simulation = gpu::Simulation::on(device, model, options)?;
+        Ok(Self::of(device, simulation))
+    }
+
+    fn of(device: &vertebra_gpu::Device, simulation: gpu::Simulation) -> Self {
+        Self {
             device: device.clone(),
-            options: *options,
+            options: *simulation.options(),
+            simulation,
             is_ahead: false,
             forces_changed: false,
             exact: None,
             checks: None,
             host: None,
-        })
+        }
     }
 
     /// The same model with other precisions and chunks, in the neutral state; none where the device cannot be so
     /// exact.
     pub(super) fn with_solver(
-        &self,
+        &mut self,
         model: &Model,
         options: &SolverOptions,
     ) -> Result<Option<Self>, Error> {
@@ -76,14 +81,15 @@ impl Remote {
                 tree: Some(options.tree.unwrap_or(options.precision)),
                 ..own
             };
-            return Self::new(&self.device, model, &options).map(Some);
+            let simulation = self.simulation.with_options(model, &options)?;
+            return Ok(Some(Self::of(&self.device, simulation)));
         };
         let has_f64 = self.device.features().contains(Features::SHADER_F64);
         let exact = Exact::new(model, has_f64, tolerance)?;
         let Some(rung) = exact.rung() else {
             return Ok(None);
         };
-        check_measurable(model)?;
+        check_measurable(model, self.simulation.elements())?;
         Ok(Some(Self {
             options: own,
             exact: Some(Box::new(exact)),
@@ -117,7 +123,7 @@ impl Remote {
         Ok(())
     }
 
-    /// The processor's side of the same model, in f64.
+    /// The processor's side of the same model, in f64, with what acts in the joints.
     pub(super) fn host(&mut self, model: &Model) -> Result<&mut Host, Error> {
         let host = match self.host.take() {
             Some(host) => host,
@@ -126,7 +132,9 @@ impl Remote {
                 Box::new(Host::new(model, solver))
             }
         };
-        Ok(self.host.insert(host))
+        let host = self.host.insert(host);
+        host.elements = (self.simulation.elements()).map(|elements| Box::new(elements.clone()));
+        Ok(host)
     }
 
     /// Takes steps; what is to be checked is read between them.
@@ -203,7 +211,7 @@ impl Remote {
             return Ok(());
         };
         let Problem { model, forces, .. } = problem;
-        check_measurable(model)?;
+        check_measurable(model, self.simulation.elements())?;
         let (state, qdd) = self.simulation.solved()?;
         let workspace = checking(&mut self.checks, model);
         let found = check_accelerations(model, &state, forces, &qdd, workspace)?;
@@ -218,6 +226,7 @@ impl Remote {
             let Some(exact) = &mut self.exact else {
                 return self.simulation.accelerations();
             };
+            check_measurable(model, self.simulation.elements())?;
             let refused = match self.simulation.solved() {
                 Ok((state, qdd)) => {
                     let problem = (model, &state, forces);
@@ -262,14 +271,14 @@ fn checking<'a>(checks: &'a mut Option<Box<Workspace>>, model: &Model) -> &'a mu
 }
 
 /// Refuses what the processor's check of a device's accelerations would leave out.
-fn check_measurable(model: &Model) -> Result<(), Error> {
+fn check_measurable(model: &Model, elements: Option<&Elements>) -> Result<(), Error> {
     refuse_loops(model, "a check of accelerations on a GPU")?;
-    match model.first_element().and_then(|id| model.body(id)) {
-        None => Ok(()),
-        Some(_) => Err(unavailable(
+    if elements.is_some_and(|elements| !elements.is_idle()) {
+        return Err(unavailable(
             "a check of accelerations of models with springs, rotors or motors",
-        )),
+        ));
     }
+    Ok(())
 }
 
 const fn unavailable(what: &'static str) -> Error {

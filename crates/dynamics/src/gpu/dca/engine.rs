@@ -33,8 +33,8 @@ pub(super) const OPEN: &str = "open";
 /// Names of what becomes a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
-    /// So many steps, then all poses.
-    Steps(Explicit, usize),
+    /// So many steps, each of so many attempts at most where anything acts in joints, then all poses.
+    Steps(Explicit, usize, u32),
     /// Accelerations in the present state.
     Accelerations,
     /// The kinematics of the state, which is then worked on.
@@ -131,6 +131,8 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
                 tree: L::PRECISION,
                 leaves: tables.sizes.leaves > 0,
                 several: tables.several,
+                elements: tables.elements,
+                screws: tables.screws,
                 refined: tables.sweeps > 0,
             },
             sizes: device.buffer_from("sizes", &[tables.sizes])?,
@@ -139,13 +141,21 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
             state: device.buffer("state", tables.state_len().max(4))?,
             scratch: device.buffer("scratch", tables.scratch_len())?,
             control: device.buffer("control", PUSHED_SLOTS + bodies)?,
-            forces: device.buffer("forces", JOINT_FORCES + tables.dofs.len())?,
+            forces: device.buffer("forces", tables.sizes.pushes as usize)?,
             poses: device.buffer("poses", 2 * bodies)?,
             nodes: device.buffer("nodes", tables.nodes_len().max(1))?,
             programs: Vec::new(),
             timing: Timing::Off,
             device: device.clone(),
         })
+    }
+
+    pub(super) const fn device(&self) -> &Device {
+        &self.device
+    }
+
+    pub(super) const fn timing(&self) -> Timing {
+        self.timing
     }
 
     pub(super) fn write_state(&self, numbers: &[f64]) -> Result<(), Error> {
@@ -248,8 +258,10 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
             tables,
         };
         match task {
-            Task::Steps(integrator, count) => recorder.steps(integrator, count),
-            Task::Accelerations => recorder.solve(Advance::None, 0),
+            Task::Steps(integrator, count, attempts) => {
+                recorder.steps(integrator, count, attempts);
+            }
+            Task::Accelerations => recorder.solve(Advance::None, 0, 0),
             Task::Restore => recorder.turn(Commit::Restore),
             Task::ReadState => {
                 recording.download(slots.state);
@@ -321,17 +333,19 @@ struct Recorder<'a, T, L> {
 }
 
 impl<T: Pod, L: Pod> Recorder<'_, T, L> {
-    fn steps(&mut self, integrator: Explicit, count: usize) {
+    fn steps(&mut self, integrator: Explicit, count: usize, attempts: u32) {
         for _ in 0..count {
             match integrator {
                 Explicit::SemiImplicitEuler => {
-                    self.solve(Advance::Euler, 0);
+                    for attempt in attempts.min(1)..=attempts {
+                        self.solve(Advance::Euler, 0, attempt);
+                    }
                     self.close(Closing::Positions);
                     self.turn_parts(Commit::Step);
                 }
                 Explicit::RungeKutta4 => {
                     for stage in 0..4 {
-                        self.solve(Advance::RungeKutta, stage);
+                        self.solve(Advance::RungeKutta, stage, 0);
                         let commit = if stage == 3 {
                             self.close(Closing::Positions);
                             Commit::Step
@@ -367,11 +381,11 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
     }
 
     /// Accelerations, loops kept, and what comes of them.
-    fn solve(&mut self, advance: Advance, stage: u32) {
+    fn solve(&mut self, advance: Advance, stage: u32, attempt: u32) {
         if self.tables.loops.is_none() {
-            return self.solve_tree(advance, stage);
+            return self.solve_tree(advance, stage, attempt);
         }
-        self.solve_tree(Advance::None, stage);
+        self.solve_tree(Advance::None, stage, attempt);
         self.close(Closing::Accelerations);
         if advance != Advance::None {
             let layer = Layer {
@@ -400,11 +414,12 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         (self.recording).dispatch(&self.dca.close_loops(), &buffers, groups);
     }
 
-    fn solve_tree(&mut self, advance: Advance, stage: u32) {
+    fn solve_tree(&mut self, advance: Advance, stage: u32, attempt: u32) {
         let (dca, sweeps) = (self.dca, self.tables.sweeps);
         for sweep in 0..=sweeps {
             let layer = Layer {
                 sweep: small(sweep),
+                attempt,
                 ..self.leading(stage)
             };
             let advance = if sweep == sweeps {

@@ -11,7 +11,7 @@ use crate::loops::constraint::{Closing, Constraint, Kind};
 use crate::loops::equation::Equation;
 use crate::workspace::Sweeps;
 use std::collections::BTreeMap;
-use vertebra_assembly::{Body, JointKind, Model};
+use vertebra_assembly::Model;
 use vertebra_shaders::dca::loops::{
     BODY_NUMBERS, FREEDOM_NUMBERS, MOST_ROWS, ROW_NUMBERS, equation,
 };
@@ -78,7 +78,7 @@ impl LoopTables {
         if !crate::loops::has_loops(model) {
             return Ok(None);
         }
-        check(model)?;
+        crate::gpu::check_bare(model)?;
         let s = Sweeps::<f64>::new(model);
         let (constraints, ..) = Constraint::of_model(model, &s);
         let constraints: Vec<Chained> = (constraints.into_iter())
@@ -99,19 +99,6 @@ impl LoopTables {
             groups: small(starts.len()),
             memory,
         }))
-    }
-}
-
-/// Refuses what the factors of loops do not know of.
-fn check(model: &Model) -> Result<(), Error> {
-    let is_screw = |kind| matches!(kind, JointKind::Screw { .. });
-    let name = |body: &Body| body.name.clone();
-    if let Some(body) = model.bodies().iter().find(|body| is_screw(body.joint.kind)) {
-        return Err(Error::JointUnavailable { body: name(body) });
-    }
-    match model.first_element().and_then(|id| model.body(id)) {
-        None => Ok(()),
-        Some(body) => Err(Error::ElementUnavailable { body: name(body) }),
     }
 }
 
