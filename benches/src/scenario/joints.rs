@@ -62,7 +62,7 @@ impl Subject {
             rough: description.build()?,
             cut: [
                 ("chain", generate::random_chain(CUT, &rod, seed)?),
-                ("binary tree", generate::tree(CUT, 2, &rod)?),
+                ("tree", generate::tree(CUT, 2, &rod)?),
             ],
             bare,
             seed,
@@ -94,8 +94,8 @@ impl Subject {
                 }));
             }
         }
-        if selection.wants("cut") {
-            for (shape, model) in &self.cut {
+        for (shape, model) in &self.cut {
+            if selection.wants(&format!("cut-{shape}")) {
                 let label = format!("{shape} of {CUT}: cut");
                 list.push(Measurement::new(label, move |meter| {
                     self.cut(meter, shape, model)
@@ -163,8 +163,15 @@ impl Subject {
         let timing = meter.time(cut)?;
         Ok(timing.map(|timing| Row {
             error_forward: Some(moved / extent),
-            note: format!("{shape}; a new model, its state and its assembly tree"),
-            ..Row::new(NAME, "cut", "f64", CUT as u64, "bodies", &timing)
+            note: "a new model, its state and its assembly tree".to_owned(),
+            ..Row::new(
+                NAME,
+                &format!("cut-{shape}"),
+                "f64",
+                CUT as u64,
+                "bodies",
+                &timing,
+            )
         }))
     }
 }

@@ -3,7 +3,10 @@
 use super::{Measurement, Meter, Selection};
 use crate::row::Row;
 use crate::suite::worst_of;
-use vertebra::{Error, Model, ModelDescription, Precision, Simulation, State, mechanism};
+use vertebra::{
+    Error, JointKind, Model, ModelDescription, Precision, Rest, Simulation, Spring, State,
+    mechanism,
+};
 
 /// Name of the group of scenarios.
 pub const NAME: &str = "loops";
@@ -27,7 +30,8 @@ pub struct Subject {
     pub(super) start: State,
 }
 
-/// Mechanisms of every kind: planar, spatial, overconstrained, with many loops.
+/// Mechanisms of every kind: planar, spatial, overconstrained, one that passes positions in which it may become another,
+/// parallel, with many loops.
 ///
 /// # Errors
 /// None in practice: the mechanisms are valid.
@@ -38,8 +42,47 @@ pub fn mechanisms() -> Result<Vec<(Model, State)>, Error> {
         mechanism::bennett()?,
         mechanism::bricard()?,
         mechanism::jansen_leg()?,
+        parallelogram()?,
+        stewart_on_springs()?,
         bulging_mail(3, 4)?,
     ])
+}
+
+/// A parallelogram on its way through the positions in which it is flat.
+fn parallelogram() -> Result<(Model, State), Error> {
+    let (model, mut state) = mechanism::four_bar(1.0, 0.4, 1.0, 0.4, 1.0)?;
+    state.qd = vec![3.0, -3.0, 3.0];
+    let mut description = model.describe();
+    description.name = "parallelogram".to_owned();
+    Ok((description.build()?, state))
+}
+
+/// The Stewart platform on six springs, pushed aside.
+///
+/// # Errors
+/// None in practice: it is valid.
+pub fn stewart_on_springs() -> Result<(Model, State), Error> {
+    let (model, mut state) = mechanism::stewart_platform()?;
+    let mut description = model.describe();
+    for body in &mut description.bodies {
+        if matches!(body.joint.kind, JointKind::Prismatic { .. }) {
+            body.joint.spring = Some(Spring {
+                stiffness: 4e3,
+                rest: Rest::Position(0.0),
+            });
+        }
+    }
+    let model = description.build()?;
+    state.qd[..6].copy_from_slice(&[0.3, -0.2, 0.5, 0.4, 0.1, -0.2]);
+    closed(model, state)
+}
+
+/// A state with its loops closed.
+fn closed(model: Model, state: State) -> Result<(Model, State), Error> {
+    let mut simulation = Simulation::new(model.clone())?;
+    simulation.set_state(state)?;
+    simulation.close_loops()?;
+    Ok((model, simulation.state()?.clone()))
 }
 
 /// Chain mail from a bulge: flat it is singular.
@@ -48,10 +91,7 @@ fn bulging_mail(rows: u32, columns: u32) -> Result<(Model, State), Error> {
     for (ring, q) in (0..rows * columns).zip(state.q.chunks_mut(7)) {
         q[1] = 0.03 * (1.0 + f64::from(ring)).sin();
     }
-    let mut simulation = Simulation::new(model.clone())?;
-    simulation.set_state(state)?;
-    simulation.close_loops()?;
-    Ok((model, simulation.state()?.clone()))
+    closed(model, state)
 }
 
 /// A mechanism many times over, each by itself.

@@ -34,10 +34,12 @@ impl Loops {
         fresh: bool,
     ) -> Option<(usize, f64)> {
         let mut last = f64::INFINITY;
+        let mut found = (0, 0.0);
         for iteration in 0..=PROJECTIONS {
             self.place(model, state);
             self.evaluate(false);
             let (worst, violation, rounding) = self.worst();
+            found = (worst, violation);
             let gained = violation < 0.5 * last;
             let accepted = if fresh { ACCEPTED } else { ACCEPTED_STALE };
             if violation <= rounding || (!gained && violation <= accepted) {
@@ -48,7 +50,7 @@ impl Loops {
                 // what is left (Yamashita and Fukushima, Computing Suppl. 15, 2001): that keeps them quadratic.
                 let square = violation * violation;
                 self.proximal = square.clamp(PROXIMAL, LARGEST_PROXIMAL);
-                return Some((worst, violation));
+                return Some(found);
             }
             last = violation;
             for (row, residual) in self.residual.iter_mut().enumerate() {
@@ -57,8 +59,8 @@ impl Loops {
             self.respond_elsewhere(method);
             self.move_on(model, state);
         }
-        self.close_rates(state, method);
-        None
+        let closed = self.close_rates(state, method);
+        (!closed && !fresh).then_some(found)
     }
 
     /// Forgets how far open the loops were.
@@ -66,8 +68,9 @@ impl Loops {
         self.proximal = PROXIMAL;
     }
 
-    /// Takes the part of the rates out that opens the loops; the state is the one placed last.
-    pub(super) fn close_rates(&mut self, state: &mut State, method: &mut Method) {
+    /// Takes the part of the rates out that opens the loops; the state is the one placed last. Gives whether nothing
+    /// much is left of it.
+    fn close_rates(&mut self, state: &mut State, method: &mut Method) -> bool {
         let mut last = f64::INFINITY;
         for _ in 0..PROJECTIONS {
             for (rate, (&qd, &scale)) in
@@ -81,7 +84,7 @@ impl Loops {
             let left = largest(&self.residual);
             let gained = left < 0.5 * last;
             if left <= 4.0 * f64::EPSILON * speed || !gained {
-                break;
+                return left <= ACCEPTED * speed;
             }
             last = left;
             self.respond_elsewhere(method);
@@ -91,6 +94,7 @@ impl Loops {
                 *qd += change / scale;
             }
         }
+        false
     }
 
     /// Moves the positions by what is in `joint`.
