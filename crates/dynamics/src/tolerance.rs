@@ -32,7 +32,7 @@ const ROUNDING: f64 = 1024.0;
 
 /// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
 /// the bodies' equations ([`Loads::Rounding`]), which is a random sample of it.
-const NOISE: f64 = 16.0;
+pub(crate) const NOISE: f64 = 16.0;
 
 /// Corrections of one solution at most: what has not converged by then is had more cheaply from the
 /// next more precise method.
