@@ -632,8 +632,14 @@ fn closures_keep_what_they_say() {
 /// A violation is the gap over the longest link, whatever unit the model works in.
 #[test]
 fn violations_are_over_the_longest_link() {
-    for (scale, longest) in [(1.0, 1.7), (1e-6, 1.7e-6), (1e5, 1.7e5)] {
-        let [ground, crank, coupler, rocker] = [1.7, 0.5, 1.5, 1.2].map(|length| length * scale);
+    let of_ground = [1.7, 0.5, 1.5, 1.2];
+    let of_coupler = [1.0, 0.5, 1.6, 1.4];
+    for (lengths, scale, longest) in [
+        (of_ground, 1.0, 1.7),
+        (of_ground, 1e-6, 1.7e-6),
+        (of_coupler, 1e5, 1.6e5),
+    ] {
+        let [ground, crank, coupler, rocker] = lengths.map(|length| length * scale);
         let (model, mut state) = mechanism::four_bar(ground, crank, coupler, rocker, 0.4).unwrap();
         state.q[1] += 0.01;
         state.qd[1] = 0.3;

@@ -6,7 +6,7 @@ use crate::{Precision, Workspace, crba};
 use faer::Mat;
 use glam::{DQuat, DVec3};
 use vertebra_assembly::generate::{self, RandomTree};
-use vertebra_assembly::{Closure, Random};
+use vertebra_assembly::{Closure, Random, mechanism};
 use vertebra_spatial::Pose;
 
 /// The articulated-body algorithm in f64.
@@ -265,4 +265,30 @@ fn loop_forces_are_forces() {
         }
         assert_eq!((found.loops.len(), found.couplings.len()), (2, 0));
     }
+}
+
+/// Factors of the position before close a loop with more equations than matter, where each of these two pulls a little
+/// on the other's: no new ones are needed.
+#[test]
+fn old_factors_close_redundant_loops() {
+    let (model, start) = mechanism::bennett().unwrap();
+    let mut state = start;
+    state.qd = vec![2.0, -1.0, -2.0];
+    let mut method = method(&model);
+    let mut loops = Loops::of_model(&model).unwrap();
+    let forces = Forces::none(&model);
+    method.solve(&model, &state, &forces).unwrap();
+    let qdd = loops
+        .constrain(&model, &state, &mut method)
+        .unwrap()
+        .to_vec();
+    for (qd, qdd) in state.qd.iter_mut().zip(&qdd) {
+        *qd += 1e-3 * qdd;
+    }
+    for (q, qd) in state.q.iter_mut().zip(&state.qd) {
+        *q += 1e-3 * qd;
+    }
+    assert!(loops.violation(&model, &state).position > 1e-8);
+    assert_eq!(loops.close(&model, &mut state, &mut method, false), None);
+    assert!(loops.violation(&model, &state).position <= 1e-13);
 }
