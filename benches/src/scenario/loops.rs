@@ -4,7 +4,8 @@ use super::{Measurement, Meter, Selection};
 use crate::row::Row;
 use crate::suite::worst_of;
 use vertebra::{
-    Error, JointKind, Model, ModelDescription, Precision, Rest, Simulation, Spring, State, mechanism,
+    Error, JointKind, Model, ModelDescription, Precision, Rest, Simulation, Spring, State,
+    mechanism,
 };
 
 /// Name of the group of scenarios.

@@ -206,6 +206,46 @@ fn held(model: &Model, seed: u64, [one, other]: [usize; 2]) -> (Model, State) {
     closed(model, state)
 }
 
+/// Bodies of a tree held where they are by closures of every kind, most of which let them slide past each other.
+fn every_closure() -> (Model, State) {
+    let tree = RandomTree {
+        reach: 5,
+        floating: true,
+        ..RandomTree::mixed(40)
+    };
+    let model = generate::random_tree(&tree, 9).unwrap();
+    let axis = DVec3::new(0.3, -1.0, 0.4);
+    let closures = [
+        Closure::Prismatic { axis },
+        Closure::Cylindrical { axis },
+        Closure::Planar { normal: axis },
+        Closure::Screw { axis, pitch: 0.2 },
+        Closure::Revolute { axis },
+        Closure::Universal {
+            first: axis,
+            second: DVec3::new(1.0, 0.3, 0.0),
+        },
+    ];
+    let mut state = State::random(&model, 10);
+    state.qd.iter_mut().for_each(|rate| *rate *= 0.3);
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    simulation.set_state(state.clone()).unwrap();
+    let poses = simulation.poses().unwrap().to_vec();
+    let mut description = model.describe();
+    for (k, closure) in closures.into_iter().enumerate() {
+        let [one, other] = [5 * k + 4, 5 * k + 9];
+        let pair = [one, other].map(|body| model.bodies()[body].name.clone());
+        let on_one = poses[one].inverse() * poses[other];
+        description = description.close(
+            format!("closure {k}"),
+            [Some(&pair[0]), Some(&pair[1])],
+            [on_one, Pose::IDENTITY],
+            closure,
+        );
+    }
+    closed(description.build().unwrap(), state)
+}
+
 /// All closed by every kind of closure, some of them twice over.
 fn mechanisms() -> Vec<(Model, State)> {
     let (twice, start) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
@@ -229,6 +269,7 @@ fn mechanisms() -> Vec<(Model, State)> {
         side_by_side(),
         gears(),
         threads(),
+        every_closure(),
         held(&chain, 2, [10, 39]),
         held(&tree, 3, [20, 58]),
     ]

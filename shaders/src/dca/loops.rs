@@ -10,7 +10,7 @@ use crate::Precision;
 use crate::parts::{JOINT, ROTATION, SPATIAL};
 
 /// Words of a group.
-pub const GROUP: u32 = 13;
+pub const GROUP: u32 = 14;
 /// Words of a body of a group.
 pub const MEMBER: u32 = 5;
 /// Words of a loop or coupling.
@@ -27,6 +27,9 @@ pub const ROW_NUMBERS: u32 = 5;
 
 /// Equations of a group at most: what they ask for is kept on chip.
 pub const MOST_ROWS: u32 = 1024;
+
+/// Numbers and equations of a group that is worked on on chip, at most.
+pub const ON_CHIP: (u32, u32) = (1792, 128);
 
 /// Kinds of equations; the axes of both frames follow from the fourth bit on, two bits each.
 pub mod equation {
@@ -84,13 +87,14 @@ const PARTS: &[&str] = &[
     include_str!("../../wgsl/dca/pitch_none.wgsl"),
     include_str!("../../wgsl/dca/advance.wgsl"),
     include_str!("../../wgsl/dca/settle_none.wgsl"),
-    part!("memory"),
+    part!("bindings"),
 ];
 
 impl Dca {
-    /// Closes loops, a workgroup a group; [`Layer::starts`] is the first of the words that say where groups start.
+    /// Closes loops, a workgroup a group; [`Layer::starts`] is the first of the words that say where groups start. On
+    /// chip are groups of at most [`ON_CHIP`], others of [`MOST_ROWS`].
     #[must_use]
-    pub fn close_loops(self) -> Kernel {
+    pub fn close_loops(self, on_chip: bool) -> Kernel {
         let (epsilon, constants) = match self.chunks {
             Precision::F32 => (
                 include_str!("../../wgsl/dca/epsilon_f32.wgsl"),
@@ -102,6 +106,7 @@ impl Dca {
             ),
         };
         let parts = [
+            part!("memory"),
             part!("place"),
             part!("equations"),
             part!("factor"),
@@ -109,10 +114,24 @@ impl Dca {
             part!("move"),
             part!("close_loops"),
         ];
-        let parts = parts.into_iter().chain([epsilon, constants]);
+        let (memory, numbers, rows) = if on_chip {
+            (part!("memory_chip"), ON_CHIP.0, ON_CHIP.1)
+        } else {
+            (part!("memory_far"), 0, MOST_ROWS)
+        };
+        let counts = [
+            ("BODY", BODY_NUMBERS),
+            ("FREEDOM", FREEDOM_NUMBERS),
+            ("ROW", ROW_NUMBERS),
+            ("MOST_ROWS", rows),
+            ("CHIP", numbers),
+        ];
+        let counts = counts.map(|(name, count)| format!("const {name} = {count}u;\n"));
+        let parts = parts.into_iter().chain([epsilon, constants, memory]);
         parts
             .fold(self.looped("close_loops"), Kernel::with)
-            .workgroup_memory_of((MOST_ROWS + LANES) * self.chunks.bytes() + 4)
+            .with_text(counts.concat())
+            .workgroup_memory_of((numbers + rows + LANES) * self.chunks.bytes() + 4)
     }
 
     /// The integrator on its own, a lane a body.
@@ -122,10 +141,11 @@ impl Dca {
         advancing(kernel.with(part!("advance_joints")), advance)
     }
 
-    /// Both, with what they are.
-    pub(super) fn loop_kernels(self) -> [Kernel; 3] {
+    /// All of them.
+    pub(super) fn loop_kernels(self) -> [Kernel; 4] {
         [
-            self.close_loops(),
+            self.close_loops(true),
+            self.close_loops(false),
             self.advance_joints(Advance::Euler),
             self.advance_joints(Advance::RungeKutta),
         ]
@@ -133,15 +153,7 @@ impl Dca {
 
     fn looped(self, name: &'static str) -> Kernel {
         let kernel = Kernel::new(name, PARTS, BINDINGS, [LANES, 1, 1]);
-        let counts = [
-            ("BODY", BODY_NUMBERS),
-            ("FREEDOM", FREEDOM_NUMBERS),
-            ("ROW", ROW_NUMBERS),
-            ("MOST_ROWS", MOST_ROWS),
-        ];
-        let counts = counts.map(|(name, count)| format!("const {name} = {count}u;\n"));
         self.precise(kernel, self.chunks)
-            .with_text(counts.concat())
             .stride("forces", self.chunks.bytes())
             .stride("loops", self.chunks.bytes())
     }

@@ -146,6 +146,7 @@ fn main(
         return;
     }
     let g = group_at(words[layer.starts + index]);
+    fetch_numbers(g, lane);
     let own_slot = words[g.bodies_at];
     var mode = layer.ways;
     var last = INFINITE;
@@ -208,6 +209,7 @@ fn main(
         apply(g, lane, mode, part);
         iteration += 1u;
     }
+    keep_numbers(g, lane);
     let start = select(work_qd(), accelerations_at(), layer.ways == ACCELERATIONS);
     let most = largest_of(lane, freedoms_have(g, lane, start, false));
     if lane == 0u {

@@ -196,5 +196,5 @@ fn evaluate_rows(g: Group, lane: u32) {
             evaluate_row(g, r);
         }
     }
-    storageBarrier();
+    wait_for_numbers();
 }

@@ -81,7 +81,7 @@ fn let_members_go(g: Group, lane: u32) {
                 let_member_go(g, body);
             }
         }
-        storageBarrier();
+        wait_for_numbers();
     }
 }
 
@@ -230,7 +230,7 @@ fn factor_matrix(g: Group, lane: u32, floor: real) {
                 }
             }
         }
-        storageBarrier();
+        wait_for_numbers();
     }
 }
 
@@ -244,14 +244,14 @@ fn factor(g: Group, lane: u32, proximal: real) {
             whiten_row(g, r);
         }
     }
-    storageBarrier();
+    wait_for_numbers();
     for (var pass_ = 0u; pass_ < passes; pass_++) {
         let r = pass_ * LANES + lane;
         if r < g.rows {
             scale_row(g, r);
         }
     }
-    storageBarrier();
+    wait_for_numbers();
     let products = 36u * g.pairs;
     let product_passes = passes_for(products);
     for (var pass_ = 0u; pass_ < product_passes; pass_++) {
@@ -260,6 +260,6 @@ fn factor(g: Group, lane: u32, proximal: real) {
             product_of(g, item / 36u, item % 36u / 6u, item % 6u, proximal);
         }
     }
-    storageBarrier();
+    wait_for_numbers();
     factor_matrix(g, lane, 0.5 * proximal);
 }

@@ -1,13 +1,6 @@
 // Loops and couplings in memory. Those that move the same joints make up a group, to which a workgroup belongs:
 // with all bodies that these joints carry, level by level from the world.
 
-@group(0) @binding(8) var<storage, read> forces: array<chunk_real>;
-// What groups keep: of each body and freedom a record, of each row a record, then J, Y and A.
-@group(0) @binding(9) var<storage, read_write> loops: array<chunk_real>;
-
-// Where the step in time is in `forces`.
-const STEP_SIZE = 3u;
-
 // Stage of a loop that is not closed.
 const OPEN = 3u;
 
@@ -27,6 +20,8 @@ struct Group {
     dofs_at: u32,
     constants: u32,
     memory: u32,
+    // Numbers there.
+    length: u32,
 }
 
 fn group_at(at: u32) -> Group {
@@ -44,6 +39,7 @@ fn group_at(at: u32) -> Group {
         words[at + 10u],
         words[at + 11u],
         words[at + 12u],
+        words[at + 13u],
     );
 }
 
@@ -175,10 +171,6 @@ const PIVOT = 4u;
 fn row_memory(g: Group, row: u32) -> u32 {
     return freedom_memory(g, g.dofs) + ROW * row;
 }
-
-fn number(at: u32) -> real { return real(loops[at]); }
-
-fn put_number(at: u32, value: real) { loops[at] = chunk_real(value); }
 
 fn three(at: u32) -> vec3<real> {
     return vec3<real>(number(at), number(at + 1u), number(at + 2u));

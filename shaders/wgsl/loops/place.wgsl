@@ -83,6 +83,6 @@ fn place_members(g: Group, lane: u32) {
                 place_member(g, body);
             }
         }
-        storageBarrier();
+        wait_for_numbers();
     }
 }

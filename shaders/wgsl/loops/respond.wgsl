@@ -117,7 +117,7 @@ fn substitute(g: Group, lane: u32) {
                 rise(g, body);
             }
         }
-        storageBarrier();
+        wait_for_numbers();
     }
     for (var level = 0u; level < g.levels; level++) {
         let bounds = level_at(g, level);
@@ -128,6 +128,6 @@ fn substitute(g: Group, lane: u32) {
                 fall(g, body);
             }
         }
-        storageBarrier();
+        wait_for_numbers();
     }
 }

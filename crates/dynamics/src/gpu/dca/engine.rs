@@ -402,16 +402,22 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         let Some(loops) = self.tables.loops else {
             return;
         };
-        let layer = Layer {
-            count: loops.groups,
-            starts: loops.starts,
-            ways: what as u32,
-            ..Layer::default()
-        };
-        let uniform = self.recording.buffer_from("layer", &[layer]);
-        let buffers = self.looped(uniform);
-        let groups = workgroups(loops.groups, 1);
-        (self.recording).dispatch(&self.dca.close_loops(), &buffers, groups);
+        let groups = [
+            (loops.on_chip, 0, true),
+            (loops.others, loops.on_chip, false),
+        ];
+        for (count, first, on_chip) in groups.into_iter().filter(|(count, ..)| *count > 0) {
+            let layer = Layer {
+                count,
+                starts: loops.starts + first,
+                ways: what as u32,
+                ..Layer::default()
+            };
+            let uniform = self.recording.buffer_from("layer", &[layer]);
+            let buffers = self.looped(uniform);
+            let kernel = self.dca.close_loops(on_chip);
+            (self.recording).dispatch(&kernel, &buffers, workgroups(count, 1));
+        }
     }
 
     fn solve_tree(&mut self, advance: Advance, stage: u32, attempt: u32) {

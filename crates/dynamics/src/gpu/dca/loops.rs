@@ -10,10 +10,10 @@ use crate::link::Link;
 use crate::loops::constraint::{Closing, Constraint, Kind};
 use crate::loops::equation::Equation;
 use crate::workspace::Sweeps;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use vertebra_assembly::Model;
 use vertebra_shaders::dca::loops::{
-    BODY_NUMBERS, FREEDOM_NUMBERS, MOST_ROWS, ROW_NUMBERS, equation,
+    BODY_NUMBERS, FREEDOM_NUMBERS, MOST_ROWS, ON_CHIP, ROW_NUMBERS, equation,
 };
 use vertebra_spatial::Transform;
 
@@ -22,8 +22,9 @@ use vertebra_spatial::Transform;
 pub(super) struct LoopTables {
     /// First of the words that say where groups start.
     pub(super) starts: u32,
-    /// Groups.
-    pub(super) groups: u32,
+    /// Groups that are small enough to be worked on on chip, which come first, and others.
+    pub(super) on_chip: u32,
+    pub(super) others: u32,
     /// Numbers that groups keep.
     pub(super) memory: usize,
 }
@@ -85,18 +86,32 @@ impl LoopTables {
             .map(|constraint| Chained::new(constraint, &s))
             .collect();
         let roots = roots(&s.links);
-        let mut starts = Vec::new();
+        let mut carried: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (body, root) in roots.iter().enumerate() {
+            if let Some(root) = root {
+                carried.entry(*root).or_default().push(body);
+            }
+        }
+        let (mut small_starts, mut starts) = (Vec::new(), Vec::new());
         let mut memory = 0;
         for group in groups(&constraints, &roots) {
-            let mut group = Group::new(group, &s.links, &roots);
+            let group = Group::new(group, &s.links, &roots, &carried);
             group.check()?;
-            starts.push(group.add_to(tables, &s.links, &mut memory));
+            let before = memory;
+            let start = group.add_to(tables, &s.links, &mut memory);
+            let (numbers, rows) = ON_CHIP;
+            if memory - before <= numbers as usize && group.rows() <= rows as usize {
+                small_starts.push(start);
+            } else {
+                starts.push(start);
+            }
         }
         let at = small(tables.words.len());
-        tables.words.extend(&starts);
+        tables.words.extend(small_starts.iter().chain(&starts));
         Ok(Some(Self {
             starts: at,
-            groups: small(starts.len()),
+            on_chip: small(small_starts.len()),
+            others: small(starts.len()),
             memory,
         }))
     }
@@ -151,29 +166,32 @@ struct Group<'a> {
 }
 
 impl<'a> Group<'a> {
-    fn new(constraints: Vec<&'a Chained>, links: &[Link<f64>], roots: &[Option<usize>]) -> Self {
-        let mut is_member = vec![false; links.len()];
-        let mut moves = vec![false; links.len()];
+    fn new(
+        constraints: Vec<&'a Chained>,
+        links: &[Link<f64>],
+        roots: &[Option<usize>],
+        carried: &BTreeMap<usize, Vec<usize>>,
+    ) -> Self {
+        let (mut members, mut moved) = (BTreeSet::new(), BTreeSet::new());
         for body in constraints.iter().flat_map(|chained| chained.bodies()) {
-            is_member[body] = true;
-            if let Some(root) = roots[body] {
-                moves[root] = true;
-            }
+            match roots[body] {
+                Some(root) => moved.insert(root),
+                None => members.insert(body),
+            };
         }
-        let mut children = vec![Vec::new(); links.len()];
+        members.extend(moved.iter().filter_map(|root| carried.get(root)).flatten());
+        let mut children: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut level = Vec::new();
-        for (body, link) in links.iter().enumerate() {
-            if is_member[body] || roots[body].is_some_and(|root| moves[root]) {
-                match link.parent {
-                    Some(parent) => children[parent].push(body),
-                    None => level.push(body),
-                }
+        for &body in &members {
+            match links[body].parent {
+                Some(parent) => children.entry(parent).or_default().push(body),
+                None => level.push(body),
             }
         }
+        let children_of = |body: &usize| children.get(body).map_or(&[][..], Vec::as_slice);
         let (mut bodies, mut levels) = (Vec::new(), vec![0]);
         while !level.is_empty() {
-            let next = level.iter().flat_map(|&body| children[body].clone());
-            let next = next.collect();
+            let next = level.iter().flat_map(children_of).copied().collect();
             bodies.append(&mut level);
             levels.push(small(bodies.len()));
             level = next;
@@ -191,7 +209,7 @@ impl<'a> Group<'a> {
                 .collect(),
             children: bodies
                 .iter()
-                .map(|&body| small(children[body].len()))
+                .map(|body| small(children_of(body).len()))
                 .collect(),
             bodies,
             levels,
@@ -218,7 +236,7 @@ impl<'a> Group<'a> {
     }
 
     /// Adds its tables; gives where they start.
-    fn add_to(&mut self, tables: &mut Tables, links: &[Link<f64>], memory: &mut usize) -> u32 {
+    fn add_to(&self, tables: &mut Tables, links: &[Link<f64>], memory: &mut usize) -> u32 {
         let constants = small(tables.links.len());
         for &body in &self.bodies {
             put_link(&mut tables.links, &links[body]);
@@ -268,6 +286,7 @@ impl<'a> Group<'a> {
             dofs_at,
             constants,
             small(memory_at),
+            small(*memory - memory_at),
         ]);
         at
     }
