@@ -158,15 +158,19 @@ pub struct BenchArgs {
 pub struct AccuracyArgs {
     /// Cases to measure, by a part of their names, such as `chain` or `decades`; all by default.
     pub cases: Vec<String>,
+    /// What is measured. A GPU is the one that the environment variable VERTEBRA_ADAPTER names, or the best
+    /// there is.
+    #[arg(long, value_enum, default_value = "cpu")]
+    pub backend: Backend,
     /// Leave out the sizes that take long.
     #[arg(long)]
     pub quick: bool,
-    /// Numbers of bodies; 32, 128, 512, 2048 and 4096 by default.
+    /// Numbers of bodies; 32, 128, 512, 2048 and 4096 by default, on a GPU the first three.
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
     pub sizes: Vec<u32>,
-    /// Seeds of each case and size.
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
-    pub seeds: u32,
+    /// Seeds of each case and size; 200 by default, on a GPU 64.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub seeds: Option<u32>,
     /// Folder for accuracy.json, accuracy.csv and accuracy.md.
     #[arg(long, default_value = "target/accuracy", value_name = "DIR")]
     pub out: PathBuf,
@@ -181,6 +185,9 @@ pub struct MotionArgs {
     /// Simulated seconds of a run.
     #[arg(long, default_value_t = 60.0, value_parser = positive_seconds)]
     pub seconds: f64,
+    /// Run only the scenes whose names contain one of these; runs of the others in the folder stay.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub only: Vec<String>,
     /// Folder for motion.json, motion.md and plots.
     #[arg(long, default_value = "target/motion", value_name = "DIR")]
     pub out: PathBuf,
@@ -348,11 +355,21 @@ impl AccuracyArgs {
     /// The sizes asked for.
     #[must_use]
     pub fn sizes(&self) -> Vec<usize> {
-        match (self.sizes.is_empty(), self.quick) {
-            (false, _) => to_sizes(&self.sizes),
-            (true, true) => vec![32, 128, 512],
-            (true, false) => vec![32, 128, 512, 2048, 4096],
+        match (self.sizes.is_empty(), self.quick, self.backend) {
+            (false, ..) => to_sizes(&self.sizes),
+            (true, false, Backend::Cpu) => vec![32, 128, 512, 2048, 4096],
+            (true, true, Backend::Gpu) => vec![32, 128],
+            _ => vec![32, 128, 512],
         }
+    }
+
+    /// The number of seeds asked for.
+    #[must_use]
+    pub fn seeds(&self) -> u32 {
+        self.seeds.unwrap_or(match self.backend {
+            Backend::Cpu => 200,
+            Backend::Gpu => 64,
+        })
     }
 }
 

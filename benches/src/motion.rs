@@ -1,6 +1,6 @@
 //! `motion`: what integrators make of long runs, against the length of a step.
 //!
-//! Of each scene, integrator and step: how far energy and momentum stray, how far the motion is from the
+//! Of each scene, integrator and step: how far energy and momentum stray and loops open, how far the motion is from the
 //! right one after a second (comparing trajectories says nothing once chaos has drawn them apart), how
 //! far from the start a run is that goes back, when a run ends that cannot go on, and what a simulated
 //! second costs.
@@ -14,7 +14,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use serde::{Deserialize, Serialize};
-use vertebra::{Error, Integrator, Precision, Simulation, State, Workspace, mechanics};
+use vertebra::{Error, Integrator, Mechanics, Simulation};
 
 use crate::cli::MotionArgs;
 use crate::interrupt::Interrupt;
@@ -63,6 +63,9 @@ pub struct Run {
     /// Largest change of momentum and of angular momentum about the centre of mass, each over its
     /// scale; absent where they are not conserved.
     pub momentum_error: Option<f64>,
+    /// Largest violation of a loop over its size; absent without loops.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub violation: Option<f64>,
     /// Largest difference of a position after a second from the right one, in the model's lengths
     /// or rad; absent if there is no motion to a second.
     pub trajectory_error: Option<f64>,
@@ -80,7 +83,12 @@ pub struct Run {
 /// If a scene cannot be made, or the files not written.
 pub fn run(arguments: &MotionArgs) -> anyhow::Result<Outcome> {
     let interrupt = Interrupt::on_ctrl_c()?;
-    let scenes = scene::all()?;
+    let mut scenes = scene::all()?;
+    let order: Vec<&str> = scenes.iter().map(|scene| scene.name).collect();
+    let wanted = |name: &str| {
+        arguments.only.is_empty() || arguments.only.iter().any(|part| name.contains(part))
+    };
+    scenes.retain(|scene| wanted(scene.name));
     let rates = if arguments.quick {
         vec![64, 256]
     } else {
@@ -111,6 +119,9 @@ pub fn run(arguments: &MotionArgs) -> anyhow::Result<Outcome> {
     if runs.is_empty() {
         return Ok(Outcome::Interrupted);
     }
+    let kept = stored(&arguments.out)?.unwrap_or_default();
+    runs.extend(kept.into_iter().filter(|run| !wanted(&run.scene)));
+    runs.sort_by_key(|run| order.iter().position(|name| *name == run.scene));
     for path in output::write(&arguments.out, &runs)? {
         println!("wrote {}", path.display());
     }
@@ -127,13 +138,27 @@ pub fn run(arguments: &MotionArgs) -> anyhow::Result<Outcome> {
 /// # Errors
 /// If the runs cannot be read, or the files not written.
 pub fn write_again(folder: &Path, out: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    match stored(folder)? {
+        Some(runs) => output::write(out, &runs),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// The runs in a folder, if there are any.
+fn stored(folder: &Path) -> anyhow::Result<Option<Vec<Run>>> {
     let path = folder.join(output::JSON);
     if !path.exists() {
-        return Ok(Vec::new());
+        return Ok(None);
     }
     let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let runs: Vec<Run> = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
-    output::write(out, &runs)
+    let runs = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
+    Ok(Some(runs))
+}
+
+/// All the energy there is \[J\].
+fn energy(simulation: &mut Simulation, now: &Mechanics) -> Result<f64, Error> {
+    let stored = simulation.stored()?;
+    Ok(now.kinetic_energy + now.potential_energy + stored.springs + stored.rotors)
 }
 
 /// What the right motion is like.
@@ -149,13 +174,11 @@ impl Right {
     fn of(scene: &Scene) -> anyhow::Result<Self> {
         const RATE: u32 = 16_384;
         let mut simulation = scene.simulation(Integrator::RungeKutta4)?;
-        let mut workspace = Workspace::new(&scene.model, Precision::F64);
         let mut energy = 0.0_f64;
         for step in 0..RATE {
             simulation.step(COMPARED / f64::from(RATE))?;
             if step % 64 == 0 {
-                let now = mechanics(&scene.model, simulation.state()?, &mut workspace)?;
-                energy = energy.max(now.kinetic_energy);
+                energy = energy.max(simulation.mechanics()?.kinetic_energy);
             }
         }
         Ok(Self {
@@ -181,6 +204,7 @@ fn measure(
         energy_error: 0.0,
         energy_trend: 0.0,
         momentum_error: scene.conserves_momentum.then_some(0.0),
+        violation: None,
         trajectory_error: None,
         return_error: None,
         time_per_second: None,
@@ -241,10 +265,8 @@ fn watch(
 ) -> anyhow::Result<()> {
     let h = 1.0 / f64::from(run.steps_per_second);
     let mut simulation = scene.simulation(integrator)?;
-    let mut workspace = Workspace::new(&scene.model, Precision::F64);
-    let mut look = |state: &State| mechanics(&scene.model, state, &mut workspace);
-    let start = look(&scene.state)?;
-    let energy = start.kinetic_energy + start.potential_energy;
+    let start = simulation.mechanics()?;
+    let all = energy(&mut simulation, &start)?;
     // Spread evenly over the logarithm of time.
     let mut due = h;
     let growth = (run.seconds / h).powf(1.0 / DRIFT_POINTS as f64);
@@ -252,15 +274,21 @@ fn watch(
     while simulation.time() < run.seconds - 0.5 * h {
         let stepped = simulation.step(h);
         let time = simulation.time();
-        let stepped = stepped.and_then(|()| simulation.state());
-        let now = match stepped.and_then(&mut look) {
-            Ok(now) => now,
-            Err(_) => {
-                run.ended = Some(time);
-                break;
-            }
+        let seen = stepped.and_then(|()| {
+            let now = simulation.mechanics()?;
+            Ok((energy(&mut simulation, &now)?, now))
+        });
+        let Ok((whole, now)) = seen else {
+            run.ended = Some(time);
+            break;
         };
-        let off = (now.kinetic_energy + now.potential_energy - energy) / right.energy;
+        if let Some(found) = simulation.loop_violation() {
+            run.violation = Some(
+                run.violation
+                    .map_or(found.position, |worst| worst_of(worst, found.position)),
+            );
+        }
+        let off = (whole - all) / right.energy;
         run.energy_error = run.energy_error.max(off.abs());
         for (sum, term) in sums.iter_mut().zip([1.0, time, time * time, time * off]) {
             *sum += term;

@@ -16,7 +16,7 @@ const INTRODUCTION: &str = "\
 
 Made by `vertebra-bench motion`. Energy errors are over the largest kinetic energy of the right motion, momentum over its
 scale; the trajectory is compared after one second with steps of 1/16384 s by Runge-Kutta 4, positions in m or rad; *back* is
-how far from the start a second forth and one back ends. *Ended*: refused, or energy off by ten times its scale.
+how far from the start a second forth and one back ends. *open*: the largest violation of a loop over its size. *Ended*: refused, or energy off by ten times its scale.
 A dash: there is no such figure.
 ";
 
@@ -60,7 +60,8 @@ fn scenes(runs: &[Run]) -> Vec<&str> {
 }
 
 fn table(runs: &[&Run]) -> Grid {
-    let headings = vec![
+    let has_loops = runs.iter().any(|run| run.violation.is_some());
+    let mut headings = vec![
         ("integrator", false),
         ("steps/s", true),
         ("trajectory", true),
@@ -73,8 +74,11 @@ fn table(runs: &[&Run]) -> Grid {
         ("time/s", true),
     ];
     let figure = |value: Option<f64>| value.map_or("-".to_owned(), error_figure);
+    if has_loops {
+        headings.insert(8, ("open", true));
+    }
     let line = |run: &&Run| {
-        vec![
+        let mut cells = vec![
             run.integrator.clone(),
             run.steps_per_second.to_string(),
             figure(run.trajectory_error),
@@ -86,7 +90,11 @@ fn table(runs: &[&Run]) -> Grid {
             run.ended.map_or("-".to_owned(), |at| format!("{at:.2} s")),
             run.time_per_second
                 .map_or("-".to_owned(), |time| format!("{:.3} ms", 1e3 * time)),
-        ]
+        ];
+        if has_loops {
+            cells.insert(8, figure(run.violation));
+        }
+        cells
     };
     Grid::new(headings, runs.iter().map(line).collect())
 }
@@ -109,7 +117,7 @@ fn small(run: &Run) -> Option<f64> {
 
 /// Convergence, work against precision, energy against the step, and drift.
 fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
-    let slug = scene.replace(' ', "-");
+    let slug = scene.to_lowercase().replace(' ', "-").replace('\'', "");
     let curves = |point: fn(&Run) -> Option<(f64, f64)>| -> Vec<Curve> {
         let of = |(name, _): &(&str, _)| Curve {
             label: (*name).to_owned(),
@@ -162,6 +170,21 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 curves: curves(|run| {
                     let whole = run.ended.is_none();
                     whole.then_some((1.0 / f64::from(run.steps_per_second), run.energy_error))
+                }),
+            },
+        ),
+        (
+            "violation",
+            Curves {
+                title: format!("{scene}: loops against the step"),
+                subtitle: format!("Over {seconds} s"),
+                vertical: number("largest violation, over the loop's size"),
+                horizontal: time("step"),
+                remark: "Runs that ended early have no point.".to_owned(),
+                curves: curves(|run| {
+                    let whole = run.ended.is_none();
+                    let violation = run.violation.filter(|_| whole)?;
+                    Some((1.0 / f64::from(run.steps_per_second), violation))
                 }),
             },
         ),

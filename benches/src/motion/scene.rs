@@ -2,7 +2,9 @@
 
 use vertebra::generate::{self, Rod};
 use vertebra::glam::DVec3;
-use vertebra::{Error, Integrator, Joint, Model, Simulation, State};
+use vertebra::{Error, Integrator, Joint, MassProperties, Model, Simulation, State, mechanism};
+
+use crate::scenario::loops::stewart_on_springs;
 
 /// A model and where it starts.
 pub(super) struct Scene {
@@ -25,7 +27,7 @@ impl Scene {
     }
 }
 
-/// Every scene: one that recurs, two that are chaotic, and one on which nothing acts.
+/// Every scene: one that recurs, two that are chaotic, one on which nothing acts, and four with closed loops.
 pub(super) fn all() -> Result<Vec<Scene>, Error> {
     let rod = Rod::default();
     let hinges = |count| generate::chain(count, &Joint::revolute(DVec3::X), &rod);
@@ -71,5 +73,52 @@ pub(super) fn all() -> Result<Vec<Scene>, Error> {
             model: tumbling,
             conserves_momentum: true,
         },
+        linkage("four-bar", mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4)?),
+        bennett_adrift()?,
+        linkage("Jansen's leg", mechanism::jansen_leg()?),
+        linkage("Stewart platform on springs", stewart_on_springs()?),
     ])
+}
+
+fn linkage(name: &'static str, (model, state): (Model, State)) -> Scene {
+    Scene {
+        name,
+        model,
+        state,
+        conserves_momentum: false,
+    }
+}
+
+/// Bennett's linkage on a body that floats where nothing acts, tumbling and moving in itself.
+fn bennett_adrift() -> Result<Scene, Error> {
+    let (fixed, start) = mechanism::bennett()?;
+    let mut description = fixed.describe().gravity(DVec3::ZERO);
+    for body in &mut description.bodies {
+        body.parent.get_or_insert_with(|| "ground".to_owned());
+    }
+    for end in description
+        .loops
+        .iter_mut()
+        .flat_map(|closed| &mut closed.bodies)
+    {
+        end.get_or_insert_with(|| "ground".to_owned());
+    }
+    let ground = MassProperties::rod(1.0, 0.5, 0.2);
+    let description = description.body("ground", None, Joint::free(), ground);
+    let model = description.build()?;
+    // The ground comes first, and the links in their order.
+    let mut state = State::neutral(&model);
+    let first = model.position_count() - start.q.len();
+    state.q[first..].copy_from_slice(&start.q);
+    state.qd = vec![0.7, -0.4, 1.1, 0.0, 0.2, 0.0, 3.0, 0.0, 0.0];
+    let mut simulation = Simulation::new(model.clone())?;
+    simulation.set_state(state)?;
+    simulation.close_loops()?;
+    let state = simulation.state()?.clone();
+    Ok(Scene {
+        name: "Bennett's linkage adrift",
+        model,
+        state,
+        conserves_momentum: true,
+    })
 }

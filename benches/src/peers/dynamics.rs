@@ -78,7 +78,7 @@ impl Articulated {
         let references = inputs
             .iter()
             .map(|(state, forces)| {
-                let mut exact = Workspace::new(&model, Precision::Reference);
+                let mut exact = Workspace::of_tree(&model, Precision::Reference);
                 aba(&model, state, forces, &mut exact)?;
                 Ok(exact)
             })
@@ -97,8 +97,8 @@ impl Articulated {
     }
 
     fn own_method(&self, name: &str, precision: Precision, solve: Solve) -> OwnMethod<'_> {
-        let mut workspace = Workspace::new(&self.model, precision);
-        let mut another = Workspace::new(&self.model, precision);
+        let mut workspace = Workspace::of_tree(&self.model, precision);
+        let mut another = Workspace::of_tree(&self.model, precision);
         let group = self.group();
         let mut turns = self.inputs.iter().cycle();
         OwnMethod {

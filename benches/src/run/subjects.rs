@@ -2,8 +2,8 @@
 
 use crate::cli::BenchArgs;
 use crate::scenario::{
-    Measurement, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints, loops,
-    meshes, model, needs, queries, scaling,
+    Measurement, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints, joints_gpu,
+    loops, meshes, model, needs, queries, scaling,
 };
 use std::path::Path;
 use vertebra::assembly::urdf;
@@ -45,7 +45,7 @@ impl Subjects {
             } else {
                 None
             },
-            joints: if arguments.wants(joints::NAME) && arguments.wants_backend("cpu") {
+            joints: if arguments.wants(joints::NAME) {
                 Some(joints::Subject::new(arguments.seed)?)
             } else {
                 None
@@ -55,7 +55,7 @@ impl Subjects {
             } else {
                 Vec::new()
             },
-            loops: if arguments.wants(loops::NAME) && arguments.wants_backend("cpu") {
+            loops: if arguments.wants(loops::NAME) {
                 loops::subjects(&selection)?
             } else {
                 Vec::new()
@@ -116,13 +116,23 @@ impl Subjects {
             list.extend(subject.measurements(selection));
         }
         if let Some(subject) = &self.joints {
-            list.extend(subject.measurements(selection));
+            if self.on_cpu {
+                list.extend(subject.measurements(selection));
+            }
+            if let Some(gpu) = &self.device {
+                list.extend(joints_gpu::measurements(subject, gpu.device(), selection));
+            }
         }
         for subject in &self.batches {
             list.extend(subject.measurements(selection));
         }
         for subject in &self.loops {
-            list.extend(subject.measurements(selection));
+            if self.on_cpu {
+                list.extend(subject.measurements(selection));
+            }
+            if let Some(gpu) = &self.device {
+                list.extend(gpu::loops::measurements(subject, gpu.device(), selection));
+            }
         }
         if let Some(subject) = &self.gpu_batches {
             list.extend(subject.measurements(selection));

@@ -19,7 +19,7 @@ impl Subject {
                 forward = worst_of(forward, relative_error(found, exact));
             }
         }
-        let mut workspace = Workspace::new(&self.model, precision);
+        let mut workspace = Workspace::of_tree(&self.model, precision);
         let mut out = Derivatives::new(&self.model);
         let mut inputs = self.inputs.iter().cycle();
         let timing = meter.time(|| {
@@ -40,7 +40,7 @@ impl Subject {
         precision: Precision,
         (state, forces): &(State, Forces),
     ) -> Result<[Vec<f64>; 3], Error> {
-        let mut workspace = Workspace::new(&self.model, precision);
+        let mut workspace = Workspace::of_tree(&self.model, precision);
         let mut out = Derivatives::new(&self.model);
         aba_derivatives(&self.model, state, forces, &mut workspace, &mut out)?;
         Ok([&out.position, &out.rate, &out.drive].map(|matrix| {

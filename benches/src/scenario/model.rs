@@ -161,7 +161,7 @@ impl Subject {
         if let Some(reference) = self.reference.get() {
             return Ok(reference);
         }
-        let mut exact = Workspace::new(&self.model, Precision::Reference);
+        let mut exact = Workspace::of_tree(&self.model, Precision::Reference);
         let solve = |(state, forces): &(State, Forces)| {
             aba(&self.model, state, forces, &mut exact).map(<[f64]>::to_vec)
         };
@@ -172,7 +172,7 @@ impl Subject {
     /// Forward dynamics by the articulated-body algorithm. Errors: against the reference, and the
     /// residual of the bodies' own equations.
     pub(super) fn aba(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
-        let mut workspace = Workspace::new(&self.model, precision);
+        let mut workspace = Workspace::of_tree(&self.model, precision);
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
         for ((state, forces), exact) in self.inputs.iter().zip(self.reference()?) {
             let qdd = aba(&self.model, state, forces, &mut workspace)?;
@@ -212,7 +212,7 @@ impl Subject {
             ..*options
         };
         let measure = || -> anyhow::Result<Option<Row>> {
-            let mut workspace = DcaWorkspace::new(model, &options)?;
+            let mut workspace = DcaWorkspace::of_tree(model, &options)?;
             let (mut forward, mut own) = (0.0_f64, 0.0_f64);
             for ((state, forces), exact) in self.inputs.iter().zip(reference) {
                 let qdd = dca(model, state, forces, &mut workspace)?;
@@ -240,7 +240,7 @@ impl Subject {
 
     /// Forward dynamics through the mass matrix. Error: against the reference.
     fn crba(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
-        let mut workspace = Workspace::new(&self.model, precision);
+        let mut workspace = Workspace::of_tree(&self.model, precision);
         let mut forward = 0.0_f64;
         for ((state, forces), exact) in self.inputs.iter().zip(self.reference()?) {
             let dense = crba_forward_dynamics(&self.model, state, forces, &mut workspace)?;
@@ -262,8 +262,8 @@ impl Subject {
     /// Inverse dynamics. Errors: against the reference; and the joint forces that come back from the
     /// accelerations they cause; both over the largest force, bias forces among them.
     fn rnea(&self, meter: &Meter, precision: Precision) -> anyhow::Result<Option<Row>> {
-        let mut workspace = Workspace::new(&self.model, precision);
-        let mut exact = Workspace::new(&self.model, Precision::Reference);
+        let mut workspace = Workspace::of_tree(&self.model, precision);
+        let mut exact = Workspace::of_tree(&self.model, Precision::Reference);
         let still = vec![0.0; self.model.dof_count()];
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
         let accelerations = self.reference()?;
@@ -299,7 +299,7 @@ impl Subject {
         read: Read,
     ) -> anyhow::Result<Option<Row>> {
         let model = &self.model;
-        let mut workspace = Workspace::new(model, precision);
+        let mut workspace = Workspace::of_tree(model, precision);
         let (mut forward, mut own) = (0.0_f64, 0.0_f64);
         for (state, forces) in &self.inputs {
             aba(model, state, forces, &mut workspace)?;

@@ -208,7 +208,7 @@ pub fn quantities() -> Outcome {
             let error = relative_error(found, reference);
             figures.push(Figure::new(format!("{name} {what}"), error, TOLERANCE));
         };
-        let mut workspace = Workspace::new(model, Precision::F64);
+        let mut workspace = Workspace::of_tree(model, Precision::F64);
         let still = vec![0.0; model.dof_count()];
         let bias = rnea(model, state, &still, &Forces::none(model), &mut workspace)?;
         record("bias torque", bias, &reordered(&case.bias_torque, order));

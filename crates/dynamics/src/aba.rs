@@ -10,6 +10,7 @@
 //! A freedom may have inertia E of its own, which turns with nothing but the joint (a rotor, what an
 //! implicit step adds): D = S' U + E, and the joint transmits S' f = tau - E qdd.
 
+use crate::balance::largest_push;
 use crate::drive::{driven, transmitted};
 use crate::link::{Kind, Link};
 use crate::passed_on::PassedOn;
@@ -23,12 +24,13 @@ use vertebra_spatial::{
 /// Forward dynamics: the joint accelerations [rad/s^2 or m/s^2], shape [`Model::dof_count`].
 /// [`Workspace::acceleration`] has those of the bodies afterwards.
 ///
-/// Like all functions of one state's dynamics it sees the tree alone: closed loops are held by
-/// [`Solver`](crate::Solver) and [`Simulation`](crate::Simulation), and what acts in joints by the latter.
+/// Closed loops are held by [`Solver`](crate::Solver) and [`Simulation`](crate::Simulation), and what acts in joints
+/// by the latter. Inverse dynamics, the mass matrix and kinematics are those of the joints' coordinates, loops or not.
 ///
 /// # Errors
 /// [`Error`] if an input does not fit the model, if a joint moves no inertia in this position, or if
-/// the result overflows.
+/// the result overflows; [`Error::LoopsUnavailable`] if the model has loops or couplings, unless the workspace is one
+/// [of the tree](Workspace::of_tree).
 pub fn aba<'w>(
     model: &Model,
     state: &State,
@@ -37,6 +39,8 @@ pub fn aba<'w>(
 ) -> Result<&'w [f64], Error> {
     forces.check(model)?;
     workspace.set_state(model, state)?;
+    workspace.refuse_loops("`aba`")?;
+    workspace.push = largest_push(model, forces);
     let Workspace {
         scales,
         arrays,

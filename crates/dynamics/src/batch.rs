@@ -10,6 +10,7 @@
 //! by state, with [`aba`], whose errors these are.
 
 use crate::link::Scales;
+use crate::loops::{first_loop, refuse_looped};
 use crate::workspace::Sweeps;
 use crate::{Error, Forces, Precision, Workspace, aba};
 use vertebra_assembly::{Model, State};
@@ -28,6 +29,8 @@ pub struct Batch {
     qdd: Vec<f64>,
     /// Why items have none.
     errors: Vec<Option<Error>>,
+    /// The first loop or coupling, if the model has any.
+    looped: Option<String>,
 }
 
 impl Batch {
@@ -45,6 +48,7 @@ impl Batch {
             workers: vec![Worker::new(model, precision); available(threads)],
             qdd: Vec::new(),
             errors: Vec::new(),
+            looped: first_loop(model),
             model: model.clone(),
             precision,
         }
@@ -98,7 +102,7 @@ impl Batch {
 /// shape [items, [`Model::dof_count`]]. `forces` has those of each state.
 ///
 /// # Errors
-/// [`Error::BatchLengths`], [`Error::WrongWorkspace`]; [`Error::Item`] with the first item that failed.
+/// [`Error::BatchLengths`], [`Error::WrongWorkspace`]; [`Error::LoopsUnavailable`] if the model has loops or couplings; [`Error::Item`] with the first item that failed.
 /// The others have their accelerations all the same: [`Batch::joint_accelerations`], and
 /// [`Batch::failures`] lists those that have none.
 ///
@@ -127,6 +131,7 @@ pub fn aba_batch<'b>(
             model: model.name().to_owned(),
         });
     }
+    refuse_looped(batch.looped.as_ref(), "`aba_batch`")?;
     if states.len() != forces.len() {
         return Err(Error::BatchLengths {
             states: states.len(),

@@ -59,7 +59,8 @@ pub fn crba<'w>(
 /// factorisation is in f64 whatever the workspace's precision. Allocates.
 ///
 /// # Errors
-/// [`Error`] as [`crba`] and [`rnea`], and [`Error::SingularMassMatrix`].
+/// [`Error`] as [`crba`] and [`rnea`], [`Error::SingularMassMatrix`], and [`Error::LoopsUnavailable`] as
+/// [`aba`](crate::aba).
 pub fn crba_forward_dynamics(
     model: &Model,
     state: &State,
@@ -67,6 +68,7 @@ pub fn crba_forward_dynamics(
     workspace: &mut Workspace,
 ) -> Result<Vec<f64>, Error> {
     forces.check(model)?;
+    workspace.refuse_loops("`crba_forward_dynamics`")?;
     let dofs = model.dof_count();
     let still = vec![0.0; dofs];
     let bias = rnea(model, state, &still, forces, workspace)?;

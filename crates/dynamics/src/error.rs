@@ -161,6 +161,18 @@ pub enum Error {
         /// Its residual of the bodies' own equations.
         residual: f64,
     },
+    /// A check of a [`Monitor`](crate::Monitor) that found too large an error, where that ends the run.
+    #[error(
+        "at {time} s the accelerations have a relative error of {error:.0e} where {tolerance:e} was wanted: ask for more precision or a tolerance, or let the monitor go on"
+    )]
+    Inexact {
+        /// Time of the state \[s\].
+        time: f64,
+        /// Forward error, as one correction shows it.
+        error: f64,
+        /// Forward error wanted.
+        tolerance: f64,
+    },
     /// A tolerance that is no number or below what f64 can hold.
     #[error("a tolerance of {tolerance:e} cannot be met in f64: ask for 2.3e-16 or more")]
     ToleranceRange {
@@ -177,15 +189,42 @@ pub enum Error {
         /// The pivot that is not positive.
         pivot: usize,
     },
-    /// A model with loops or couplings, given to what simulates trees alone.
+    /// A model with loops or couplings, given to what computes trees alone.
     #[error(
-        "the model closes loops or couples joints (`{name}`), which {by} does not do: use the articulated-body algorithm on the processor without a tolerance, or take them out of the model"
+        "the model closes loops or couples joints (`{name}`), which {by} does not do: use `Simulation` or `Solver` on the processor, which do, or leave the loops open knowingly (`Workspace::of_tree`)"
     )]
     LoopsUnavailable {
         /// The first loop or coupling.
         name: String,
         /// What does not do it.
         by: &'static str,
+    },
+    /// Loops that are solved together and too many for a GPU.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "`{name}` and the loops and couplings that move the same joints have {rows} equations together, and a GPU solves {fit} of them: simulate on `Device::cpu()`, or take loops out of the model"
+    )]
+    TooManyLoops {
+        /// The first of them.
+        name: String,
+        /// Their equations.
+        rows: usize,
+        /// How many equations a GPU solves together.
+        fit: usize,
+    },
+    /// A step that would start from an open loop.
+    #[error(
+        "`{name}` is open by {violation:.0e} of its size at t = {time} s, more than the {limit:e} that a step closes by itself: close it first (`Simulation::close_loops`), or set a state in which it is closed"
+    )]
+    LoopOpen {
+        /// The loop or coupling.
+        name: String,
+        /// How far it is open, over the loop's size.
+        violation: f64,
+        /// What a step starts from at most.
+        limit: f64,
+        /// Time of the state \[s\].
+        time: f64,
     },
     /// A loop that cannot be closed.
     #[error(
@@ -298,7 +337,7 @@ pub enum Error {
     /// A joint that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(
-        "the joint of body `{body}` is a screw, which is not computed on a GPU: simulate the model on the CPU"
+        "the joint of body `{body}` is a screw, which a GPU does not compute in models with closed loops nor in batches: simulate the model on the CPU"
     )]
     JointUnavailable {
         /// The body whose joint it is.
@@ -307,7 +346,7 @@ pub enum Error {
     /// An element in a joint that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(
-        "the joint of body `{body}` has a range, damping, friction, a rotor or a spring, which are not computed on a GPU: simulate the model on the CPU, or without all of these (`Model::bare`)"
+        "the joint of body `{body}` has a range, damping, friction, a rotor, a motor or a spring, which a GPU does not compute in models with closed loops nor in batches: simulate the model on the CPU, or without all of these (`Model::bare`)"
     )]
     ElementUnavailable {
         /// The body whose joint it is.

@@ -47,6 +47,13 @@ impl Forces {
         self.weights.clone_from(&other.weights);
     }
 
+    /// Becomes a copy of others, in the memory at hand.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.joint.clone_from(&other.joint);
+        self.joint_inertia.clone_from(&other.joint_inertia);
+        self.set_external(other);
+    }
+
     /// Takes all external forces away.
     pub fn clear_external(&mut self) {
         self.external.clear();

@@ -20,6 +20,17 @@ pub enum Integrator {
     ImplicitMidpoint,
 }
 
+impl Integrator {
+    /// The share of those forces of loops that go with the rates that its solutions take: closing the loops after the
+    /// step makes up for the rest (`loops/mod.rs`).
+    pub(crate) const fn turning(self) -> f64 {
+        match self {
+            Self::SemiImplicitEuler => 0.5,
+            Self::RungeKutta4 | Self::ImplicitMidpoint => 1.0,
+        }
+    }
+}
+
 /// Iterations of an implicit step at most: those that converge gain a digit in two at the least.
 const ITERATIONS: u32 = 50;
 

@@ -2,9 +2,11 @@
 
 use crate::choice::{Choice, rounds};
 use crate::dca::check_precisions;
-use crate::loops::{LoopForces, LoopViolation, Loops, refuse_loops};
+use crate::loops::{LoopForces, LoopViolation, Loops};
 use crate::tolerance::{Achieved, Asked, Ladder, Method};
-use crate::{DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace};
+use crate::{
+    DcaOptions, DcaWorkspace, Error, Forces, Integrator, Precision, Refinement, Workspace,
+};
 use core::fmt;
 use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{Model, State};
@@ -114,31 +116,78 @@ const CLOSING_ATTEMPTS: usize = 100;
 
 #[derive(Clone, Debug)]
 enum Memory {
-    Chosen {
-        method: Method,
-        /// Where a tree once could not be joined.
-        otherwise: Option<Method>,
-    },
+    Chosen(Chosen),
     ToTolerance(Box<Ladder>),
+}
+
+/// The algorithm that was chosen.
+#[derive(Clone, Debug)]
+struct Chosen {
+    method: Method,
+    /// Where a tree once could not be joined.
+    otherwise: Option<Method>,
+    /// Whether that has the last solution.
+    by_other: bool,
+}
+
+impl Chosen {
+    /// Solves, and gives the method that did.
+    fn solve(
+        &mut self,
+        choice: &Choice,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<&mut Method, Error> {
+        self.by_other = false;
+        let Err(refused) = self.method.solve(model, state, forces) else {
+            return Ok(&mut self.method);
+        };
+        let ours = matches!(
+            refused,
+            Error::Unjoined { .. } | Error::SingularJoint { .. }
+        );
+        if choice.algorithm == Algorithm::Aba || choice.forced || !ours {
+            return Err(refused);
+        }
+        let other = self.otherwise.get_or_insert_with(|| {
+            Method::Aba(Box::new(Workspace::of_tree(model, choice.precision)))
+        });
+        other.solve(model, state, forces)?;
+        self.by_other = true;
+        Ok(other)
+    }
+
+    /// The method that has the last solution and its factors.
+    fn last(&mut self) -> &mut Method {
+        match &mut self.otherwise {
+            Some(other) if self.by_other => other,
+            _ => &mut self.method,
+        }
+    }
+}
+
+impl Memory {
+    /// The method that has the last solution and its factors.
+    fn last(&mut self) -> Option<&mut Method> {
+        match self {
+            Self::Chosen(chosen) => Some(chosen.last()),
+            Self::ToTolerance(ladder) => ladder.method(),
+        }
+    }
 }
 
 impl Solver {
     /// Chooses the algorithm and takes its memory.
     ///
     /// # Errors
-    /// As [`DcaWorkspace::new`]; [`Error::ToleranceRange`]; [`Error::LoopsUnavailable`] if divide and conquer or
-    /// a tolerance is asked for and the model has loops or couplings.
+    /// As [`DcaWorkspace::new`]; [`Error::ToleranceRange`].
     pub fn new(model: &Model, options: &SolverOptions) -> Result<Self, Error> {
         let bodies = model.bodies().len();
         let mut choice = Choice::on_host(bodies, options);
         let loops = Loops::of_model(model);
-        if loops.is_some() {
-            if options.tolerance.is_some() {
-                refuse_loops(model, "a tolerance")?;
-            }
-            if options.algorithm == Some(Algorithm::Dca) {
-                refuse_loops(model, "divide and conquer")?;
-            }
+        // Each row of a loop costs the recursion a path, but divide and conquer a solution.
+        if loops.is_some() && options.algorithm.is_none() {
             choice.algorithm = Algorithm::Aba;
         }
         check_precisions(options.precision, choice.tree)?;
@@ -164,17 +213,18 @@ impl Solver {
             None => {
                 let method = match choice.algorithm {
                     Algorithm::Aba => {
-                        Method::Aba(Box::new(Workspace::new(model, options.precision)))
+                        Method::Aba(Box::new(Workspace::of_tree(model, options.precision)))
                     }
                     Algorithm::Dca => {
-                        Method::Dca(Box::new(DcaWorkspace::new(model, &dca_options)?))
+                        Method::Dca(Box::new(DcaWorkspace::of_tree(model, &dca_options)?))
                     }
                 };
-                let otherwise = None;
-                (
-                    Memory::Chosen { method, otherwise },
-                    (options.precision, choice.tree),
-                )
+                let chosen = Chosen {
+                    method,
+                    otherwise: None,
+                    by_other: false,
+                };
+                (Memory::Chosen(chosen), (options.precision, choice.tree))
             }
         };
         Ok(Self {
@@ -208,22 +258,23 @@ impl Solver {
         state: &State,
         forces: &Forces,
     ) -> Result<&[f64], Error> {
-        match &mut self.memory {
-            Memory::Chosen { method, otherwise } => {
-                let solved = Self::solve(&self.choice, (method, otherwise), model, state, forces)?;
-                match (&mut self.loops, solved) {
-                    (Some(loops), Method::Aba(workspace)) => {
-                        loops.constrain(model, state, workspace)
-                    }
-                    (_, solved) => solved.accelerations(),
+        match (&mut self.memory, &mut self.loops) {
+            (Memory::Chosen(chosen), loops) => {
+                let solved = chosen.solve(&self.choice, model, state, forces)?;
+                match loops {
+                    None => solved.accelerations(),
+                    Some(loops) => loops.constrain(model, state, solved),
                 }
             }
-            Memory::ToTolerance(ladder) => ladder.solve(model, state, forces),
+            (Memory::ToTolerance(ladder), None) => ladder.solve(model, state, forces),
+            (Memory::ToTolerance(ladder), Some(loops)) => {
+                loops.constrain_to_tolerance(model, state, forces, ladder)
+            }
         }
     }
 
     /// Forward dynamics, and how exact they are: the error estimated by one correction, which is not
-    /// kept. About half as much work again.
+    /// kept. About half as much work again. Of a model with loops, those of its tree under the loops' forces.
     ///
     /// # Errors
     /// As [`forward_dynamics`](Self::forward_dynamics).
@@ -233,12 +284,19 @@ impl Solver {
         state: &State,
         forces: &Forces,
     ) -> Result<Refinement, Error> {
+        if self.has_loops() || matches!(self.memory, Memory::ToTolerance(_)) {
+            self.forward_dynamics(model, state, forces)?;
+        }
         match &mut self.memory {
-            Memory::Chosen { method, otherwise } => {
-                Self::solve(&self.choice, (method, otherwise), model, state, forces)?.refine(forces)
+            Memory::Chosen(chosen) => {
+                let all = match &mut self.loops {
+                    None => forces,
+                    Some(loops) => loops.with_own(model, forces),
+                };
+                let solved = chosen.solve(&self.choice, model, state, all)?;
+                solved.refine(all)
             }
             Memory::ToTolerance(ladder) => {
-                ladder.solve(model, state, forces)?;
                 let achieved = ladder.achieved();
                 Ok(
                     achieved.map_or_else(Refinement::default, |achieved| Refinement {
@@ -271,25 +329,18 @@ impl Solver {
         forces: &Forces,
     ) -> Result<(), Error> {
         let mut open = (0, 0.0);
-        for _ in 0..CLOSING_ATTEMPTS {
-            let (
-                Some(loops),
-                Memory::Chosen {
-                    method: Method::Aba(workspace),
-                    ..
-                },
-            ) = (&mut self.loops, &mut self.memory)
-            else {
+        for attempt in 0..CLOSING_ATTEMPTS {
+            let (Some(loops), Some(method)) = (&mut self.loops, self.memory.last()) else {
                 return Ok(());
             };
-            match loops.close(model, state, workspace) {
+            match loops.close(model, state, method, attempt > 0) {
                 None => return Ok(()),
                 Some(found) => open = found,
             }
             if open.1.is_infinite() {
                 break;
             }
-            self.forward_dynamics(model, state, forces)?;
+            self.refresh(model, state, forces)?;
         }
         Err(Error::LoopNotClosed {
             name: (self.loops.as_ref())
@@ -297,6 +348,38 @@ impl Solver {
             violation: open.1,
             time: state.time,
         })
+    }
+
+    /// Factors of a state, as they come.
+    fn refresh(&mut self, model: &Model, state: &State, forces: &Forces) -> Result<(), Error> {
+        let solved = match &mut self.memory {
+            Memory::Chosen(chosen) => chosen.solve(&self.choice, model, state, forces)?,
+            Memory::ToTolerance(ladder) => match ladder.method() {
+                Some(method) => {
+                    method.solve(model, state, forces)?;
+                    method
+                }
+                None => return Ok(()),
+            },
+        };
+        if let Some(loops) = &mut self.loops {
+            loops.refresh(model, state, solved);
+        }
+        Ok(())
+    }
+
+    /// Begins a step of a model with loops.
+    pub(crate) fn begin_step(&mut self, integrator: Integrator) {
+        if let Some(loops) = &mut self.loops {
+            loops.begin_step(integrator.turning());
+        }
+    }
+
+    /// Ends a step: what is solved from here on is a state's dynamics.
+    pub(crate) fn end_step(&mut self) {
+        if let Some(loops) = &mut self.loops {
+            loops.end_step();
+        }
     }
 
     /// Whether the model has loops or couplings.
@@ -311,13 +394,16 @@ impl Solver {
 
     /// The forces of loops in the last solution.
     pub(crate) fn loop_forces(&mut self, model: &Model) -> LoopForces {
-        (self.loops.as_mut()).map_or_else(LoopForces::default, |loops| loops.forces(model))
+        match (&mut self.loops, self.memory.last()) {
+            (Some(loops), Some(method)) => loops.forces(model, method),
+            _ => LoopForces::default(),
+        }
     }
 
     /// Adds the forces of loops in the last solution to those that act.
     pub(crate) fn add_loop_forces(&mut self, model: &Model, forces: &mut Forces) {
-        if let Some(loops) = &mut self.loops {
-            loops.act(model, forces);
+        if let (Some(loops), Some(method)) = (&mut self.loops, self.memory.last()) {
+            loops.act(model, method, forces);
         }
     }
 
@@ -325,42 +411,18 @@ impl Solver {
     #[must_use]
     pub fn achieved(&self) -> Option<&Achieved> {
         match &self.memory {
-            Memory::Chosen { .. } => None,
+            Memory::Chosen(_) => None,
             Memory::ToTolerance(ladder) => ladder.achieved(),
         }
-    }
-
-    /// Solves, and gives the method that did.
-    fn solve<'a>(
-        choice: &Choice,
-        (method, otherwise): (&'a mut Method, &'a mut Option<Method>),
-        model: &Model,
-        state: &State,
-        forces: &Forces,
-    ) -> Result<&'a mut Method, Error> {
-        let Err(refused) = method.solve(model, state, forces) else {
-            return Ok(method);
-        };
-        let ours = matches!(
-            refused,
-            Error::Unjoined { .. } | Error::SingularJoint { .. }
-        );
-        if choice.algorithm == Algorithm::Aba || choice.forced || !ours {
-            return Err(refused);
-        }
-        let other = otherwise
-            .get_or_insert_with(|| Method::Aba(Box::new(Workspace::new(model, choice.precision))));
-        other.solve(model, state, forces)?;
-        Ok(other)
     }
 
     /// The workspace of the articulated-body algorithm, if that was chosen.
     pub(crate) fn workspace_mut(&mut self) -> Option<&mut Workspace> {
         match &mut self.memory {
-            Memory::Chosen {
+            Memory::Chosen(Chosen {
                 method: Method::Aba(workspace),
                 ..
-            } => Some(workspace),
+            }) => Some(workspace),
             _ => None,
         }
     }

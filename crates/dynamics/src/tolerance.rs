@@ -24,19 +24,22 @@ use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{Model, State};
 
 /// How much worse a correction may be than the one before, or the solution itself, makes expect.
-const CAUTION: f64 = 1000.0;
+pub(crate) const CAUTION: f64 = 1000.0;
 
 /// Errors of a precision that rounding alone makes likely, as multiples of its epsilon: no method in it
 /// is asked for less.
-const ROUNDING: f64 = 1024.0;
+pub(crate) const ROUNDING: f64 = 1024.0;
+
+/// The same once the drift of the bodies' places is taken out, which is done where less is asked for.
+const SETTLED: f64 = 64.0;
 
 /// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
 /// the bodies' equations ([`Loads::Rounding`]), which is a random sample of it.
-const NOISE: f64 = 16.0;
+pub(crate) const NOISE: f64 = 16.0;
 
 /// Corrections of one solution at most: what has not converged by then is had more cheaply from the
 /// next more precise method.
-const SWEEPS: u32 = 6;
+pub(crate) const SWEEPS: u32 = 6;
 
 /// How a [`Solver`](crate::Solver) with a tolerance has met it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,14 +100,20 @@ impl Method {
         }
     }
 
-    /// The error that rounding in the bodies' equations leaves, whatever corrections are made. The
-    /// solution has it added: corrections follow.
-    fn rounding(&mut self, forces: &Forces) -> Result<f64, Error> {
-        let response = match self {
-            Self::Aba(workspace) => workspace.correct(forces, Loads::Rounding),
-            Self::Dca(workspace) => workspace.correct(forces, Loads::Rounding),
-        };
-        response.map(|response| response.change)
+    fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
+        match self {
+            Self::Aba(workspace) => workspace.correct(forces, loads),
+            Self::Dca(workspace) => workspace.correct(forces, loads),
+        }
+    }
+
+    /// Replaces joint forces by the accelerations H^-1 tau that they cause, both in the model's units, with the factors
+    /// of the last solution.
+    pub(crate) fn substitute(&mut self, values: &mut [f64]) {
+        match self {
+            Self::Aba(workspace) => workspace.substitute(values),
+            Self::Dca(workspace) => workspace.substitute(values),
+        }
     }
 
     pub(crate) fn accelerations(&self) -> Result<&[f64], Error> {
@@ -125,6 +134,11 @@ struct Rung {
 }
 
 impl Rung {
+    /// Whether the drift of the bodies' places stands in the way of a tolerance.
+    fn settles(&self, tolerance: f64) -> bool {
+        ROUNDING * self.precision.epsilon() > tolerance
+    }
+
     /// The error that its factors make likely.
     fn likely(&self) -> f64 {
         ROUNDING * self.tree.epsilon()
@@ -147,7 +161,8 @@ impl Rung {
             Algorithm::Aba => cost::aba(bodies, self.precision),
             Algorithm::Dca => cost::dca(bodies, rounds, threads, self.precision),
         };
-        solve * cost::refined(self.algorithm, self.sweeps(tolerance))
+        let settling = if self.settles(tolerance) { solve } else { 0.0 };
+        solve * cost::refined(self.algorithm, self.sweeps(tolerance)) + settling
     }
 }
 
@@ -200,7 +215,7 @@ impl Ladder {
                 tree,
                 method: None,
             })
-            .filter(|rung| ROUNDING * rung.precision.epsilon() <= asked.tolerance)
+            .filter(|rung| SETTLED * rung.precision.epsilon() <= asked.tolerance)
             .collect();
         let cost = |rung: &Rung| {
             rung.cost(
@@ -229,6 +244,36 @@ impl Ladder {
 
     pub(crate) const fn achieved(&self) -> Option<&Achieved> {
         self.achieved.as_ref()
+    }
+
+    pub(crate) const fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// The method in use, once it has solved anything.
+    pub(crate) fn method(&mut self) -> Option<&mut Method> {
+        self.rungs[self.at].method.as_mut()
+    }
+
+    /// Takes note of what else solutions leave and how far off they are; none if that is too far.
+    pub(crate) fn add(&mut self, residual: f64, error: f64) -> Result<(), Error> {
+        let Some(achieved) = &mut self.achieved else {
+            return Ok(());
+        };
+        achieved.residual = achieved.residual.max(residual);
+        achieved.error = achieved.error.max(error);
+        if achieved.error <= self.tolerance {
+            return Ok(());
+        }
+        let Achieved {
+            residual, error, ..
+        } = *achieved;
+        self.achieved = None;
+        Err(Error::ToleranceMissed {
+            tolerance: self.tolerance,
+            error,
+            residual,
+        })
     }
 
     /// Solves to the tolerance, by the method that met it last or a more precise one.
@@ -288,6 +333,7 @@ impl Ladder {
     ) -> Result<Achieved, Error> {
         let options = (self.schedule, self.parallel);
         let rung = &mut self.rungs[at];
+        let corrections = Loads::of_correction(rung.settles(self.tolerance));
         let method = match &mut rung.method {
             Some(method) => method,
             none => none.insert(method(
@@ -298,7 +344,9 @@ impl Ladder {
             )?),
         };
         method.solve(model, state, forces)?;
-        let rounding = method.rounding(forces)?;
+        // What rounding in the bodies' equations leaves, whatever corrections are made. The solution has it
+        // added: corrections follow.
+        let rounding = method.correct(forces, Loads::Rounding)?.change;
         let mut achieved = Achieved {
             algorithm: rung.algorithm,
             precision: rung.precision,
@@ -309,7 +357,7 @@ impl Ladder {
         };
         let mut before = 1.0;
         while achieved.sweeps < SWEEPS {
-            let Refinement { residual, change } = method.refine(forces)?;
+            let Refinement { residual, change } = method.correct(forces, corrections)?;
             let expected = CAUTION * change / before;
             achieved.sweeps += 1;
             achieved.residual = residual;
@@ -333,7 +381,7 @@ fn method(
     (schedule, parallel): (Option<ScheduleOptions>, bool),
 ) -> Result<Method, Error> {
     Ok(match algorithm {
-        Algorithm::Aba => Method::Aba(Box::new(Workspace::new(model, chunks))),
+        Algorithm::Aba => Method::Aba(Box::new(Workspace::of_tree(model, chunks))),
         Algorithm::Dca => {
             let options = DcaOptions {
                 chunks,
@@ -341,7 +389,7 @@ fn method(
                 schedule,
                 parallel,
             };
-            Method::Dca(Box::new(DcaWorkspace::new(model, &options)?))
+            Method::Dca(Box::new(DcaWorkspace::of_tree(model, &options)?))
         }
     })
 }

@@ -2,12 +2,16 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
+use core::slice::from_ref;
 use glam::DVec3;
 use vertebra_assembly::{
-    Joint, JointKind, MassProperties, Mimic, Model, ModelDescription, State, mechanism,
+    Closure, Joint, JointKind, MassProperties, Mimic, Model, ModelDescription, State, generate,
+    mechanism,
 };
 use vertebra_dynamics::{
-    Algorithm, Error, Integrator, Precision, Simulation, Solver, SolverOptions,
+    Algorithm, Batch, DcaOptions, DcaWorkspace, Error, Forces, Integrator, Precision, Simulation,
+    Solver, SolverOptions, Workspace, aba, aba_batch, crba_forward_dynamics, dca,
+    forward_kinematics,
 };
 use vertebra_spatial::Pose;
 
@@ -212,7 +216,7 @@ fn elements_act_in_closed_loops() {
         lost > 0.1 && end.kinetic_energy <= 1e-6 * lost,
         "{lost}, {end:?}"
     );
-    let dampers = simulation.work().dampers;
+    let dampers = simulation.work().unwrap().dampers;
     assert!((dampers + lost).abs() <= 0.02 * lost, "{dampers} of {lost}");
 }
 
@@ -266,15 +270,6 @@ fn coupled_joints_move_as_one() {
 #[test]
 fn what_cannot_be_closed_is_refused_by_name() {
     let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
-    let refused = Solver::new(&model, &SolverOptions::to_tolerance(1e-9));
-    assert!(matches!(refused, Err(Error::LoopsUnavailable { .. })));
-    let options = SolverOptions {
-        algorithm: Some(Algorithm::Dca),
-        ..SolverOptions::default()
-    };
-    let error = Solver::new(&model, &options).unwrap_err();
-    assert!(error.to_string().contains("pin"), "{error}");
-
     // The coupler is too short to reach.
     let mut description = model.describe();
     description.loops[0].placements[0] = Pose::from_translation(DVec3::NEG_Z * 5.0);
@@ -299,4 +294,251 @@ fn loops_close_from_afar() {
     assert!(simulation.loop_violation().unwrap().position > 0.05);
     simulation.close_loops().unwrap();
     assert!(simulation.loop_violation().unwrap().position <= 1e-12);
+}
+
+/// Ten thousands of steps of first order: no more kinetic energy than there can be, nothing opens.
+#[test]
+fn energy_does_not_grow_without_end() {
+    for (model, state) in [
+        mechanism::jansen_leg().unwrap(),
+        mechanism::five_bar().unwrap(),
+        mechanism::bricard().unwrap(),
+    ] {
+        for (precision, steps) in [(Precision::F64, 20_000), (Precision::F32, 5_000)] {
+            let mut simulation = Simulation::new(model.clone())
+                .unwrap()
+                .with_precision(precision)
+                .unwrap();
+            simulation.set_state(state.clone()).unwrap();
+            let start = simulation.mechanics().unwrap().potential_energy;
+            let (mut kinetic, mut lowest) = (0.0_f64, start);
+            for _ in 0..steps {
+                simulation.step(1e-3).unwrap();
+                let now = simulation.mechanics().unwrap();
+                kinetic = kinetic.max(now.kinetic_energy);
+                lowest = lowest.min(now.potential_energy);
+            }
+            let found = simulation.loop_violation().unwrap();
+            assert!(found.position <= 1e-8, "{}: {found:?}", model.name());
+            assert!(
+                kinetic > 0.5 * (start - lowest) && kinetic < 1.05 * (start - lowest),
+                "{}: {kinetic} of {}",
+                model.name(),
+                start - lowest
+            );
+        }
+    }
+}
+
+/// Accelerations of one state by a solver with options.
+fn accelerations(model: &Model, state: &State, options: &SolverOptions) -> (Vec<f64>, Solver) {
+    let mut solver = Solver::new(model, options).unwrap();
+    let forces = Forces::none(model);
+    let qdd = solver.forward_dynamics(model, state, &forces).unwrap();
+    (qdd.to_vec(), solver)
+}
+
+fn off(found: &[f64], right: &[f64]) -> f64 {
+    let largest =
+        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, x| m.max(x.abs()));
+    largest(&mut found.iter().zip(right).map(|(a, b)| a - b)) / largest(&mut right.iter().copied())
+}
+
+/// Mechanisms in motion, and a long chain whose end is held.
+fn moving() -> Vec<(Model, State)> {
+    let mut all = vec![
+        mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap(),
+        mechanism::bennett().unwrap(),
+        mechanism::jansen_leg().unwrap(),
+        mechanism::stewart_platform().unwrap(),
+        mechanism::chain_mail(3, 4).unwrap(),
+    ];
+    for (model, state) in &mut all {
+        let mut simulation = simulation(model, state, Integrator::RungeKutta4);
+        for (k, qd) in state.qd.iter_mut().enumerate() {
+            *qd = (1.0 + k as f64).sin();
+        }
+        simulation.set_state(state.clone()).unwrap();
+        simulation.close_loops().unwrap();
+        simulation.steps(1e-3, 20).unwrap();
+        state.clone_from(simulation.state().unwrap());
+    }
+    let rod = generate::Rod::default();
+    let chain = generate::random_chain(150, &rod, 3).unwrap().describe();
+    let last = chain.bodies.last().unwrap().name.clone();
+    let open = chain.clone().build().unwrap();
+    let state = State::random(&open, 4);
+    let mut workspace = Workspace::new(&open, Precision::F64);
+    forward_kinematics(&open, &state, &mut workspace).unwrap();
+    let at = workspace.pose(open.last_body()).unwrap();
+    let held = chain
+        .close(
+            "hook",
+            [Some(&last), None],
+            [Pose::IDENTITY, at],
+            Closure::Weld,
+        )
+        .build()
+        .unwrap();
+    all.push((held, state));
+    all
+}
+
+#[test]
+fn divide_and_conquer_keeps_loops() {
+    for (model, state) in moving() {
+        let exact = SolverOptions {
+            precision: Precision::Reference,
+            ..SolverOptions::default()
+        };
+        let (right, _) = accelerations(&model, &state, &exact);
+        for (precision, tree, bound) in [
+            (Precision::Reference, Precision::Reference, 1e-9),
+            (Precision::F64, Precision::F64, 1e-8),
+            (Precision::F64, Precision::F32, 1e-2),
+            (Precision::F32, Precision::F32, 1e-2),
+        ] {
+            let options = SolverOptions {
+                algorithm: Some(Algorithm::Dca),
+                precision,
+                tree: Some(tree),
+                ..SolverOptions::default()
+            };
+            let (found, solver) = accelerations(&model, &state, &options);
+            assert_eq!(solver.choice().algorithm, Algorithm::Dca);
+            let off = off(&found, &right);
+            assert!(off <= bound, "{} {precision} {tree}: {off:e}", model.name());
+        }
+    }
+}
+
+#[test]
+fn loops_are_solved_to_a_tolerance() {
+    for (model, state) in moving() {
+        let (right, _) = accelerations(
+            &model,
+            &state,
+            &SolverOptions {
+                precision: Precision::Reference,
+                ..SolverOptions::default()
+            },
+        );
+        for algorithm in [Algorithm::Aba, Algorithm::Dca] {
+            for tolerance in [1e-3, 1e-6, 1e-9] {
+                let options = SolverOptions {
+                    algorithm: Some(algorithm),
+                    ..SolverOptions::to_tolerance(tolerance)
+                };
+                let (found, solver) = accelerations(&model, &state, &options);
+                let achieved = solver.achieved().unwrap();
+                let off = off(&found, &right);
+                assert!(achieved.error <= tolerance);
+                assert!(off <= tolerance, "{} {achieved}: {off:e}", model.name());
+            }
+        }
+    }
+}
+
+/// Steps by every method stay closed.
+#[test]
+fn every_solver_takes_steps() {
+    let options = |algorithm, precision, tree, tolerance| SolverOptions {
+        algorithm: Some(algorithm),
+        precision,
+        tree,
+        tolerance,
+        ..SolverOptions::default()
+    };
+    for (model, state) in [
+        mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap(),
+        mechanism::bennett().unwrap(),
+        mechanism::jansen_leg().unwrap(),
+    ] {
+        for options in [
+            options(Algorithm::Dca, Precision::F64, None, None),
+            options(Algorithm::Dca, Precision::F64, Some(Precision::F32), None),
+            options(Algorithm::Dca, Precision::F32, None, None),
+            options(Algorithm::Aba, Precision::F64, None, Some(1e-9)),
+            options(Algorithm::Dca, Precision::F64, None, Some(1e-6)),
+        ] {
+            let mut simulation = Simulation::new(model.clone())
+                .unwrap()
+                .with_solver(&options)
+                .unwrap();
+            simulation.set_state(state.clone()).unwrap();
+            for _ in 0..1000 {
+                simulation.step(1e-3).unwrap();
+            }
+            let found = simulation.loop_violation().unwrap();
+            assert!(
+                found.position <= 1e-8,
+                "{} {options:?}: {found:?}",
+                model.name()
+            );
+        }
+    }
+}
+
+/// What computes trees says so of a model with loops, unless it is told to.
+#[test]
+fn loops_are_not_left_open_silently() {
+    let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    let forces = Forces::none(&model);
+    let options = DcaOptions::default();
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let mut divided = DcaWorkspace::new(&model, &options).unwrap();
+    let mut batch = Batch::new(&model, Precision::F64);
+    let refusals = [
+        aba(&model, &state, &forces, &mut workspace).unwrap_err(),
+        dca(&model, &state, &forces, &mut divided).unwrap_err(),
+        crba_forward_dynamics(&model, &state, &forces, &mut workspace).unwrap_err(),
+        aba_batch(&model, from_ref(&state), from_ref(&forces), &mut batch).unwrap_err(),
+    ];
+    for error in refusals {
+        assert!(matches!(error, Error::LoopsUnavailable { .. }), "{error}");
+        assert!(error.to_string().contains("`pin`"), "{error}");
+    }
+    let mut workspace = Workspace::of_tree(&model, Precision::F64);
+    let mut divided = DcaWorkspace::of_tree(&model, &options).unwrap();
+    let tree = aba(&model, &state, &forces, &mut workspace)
+        .unwrap()
+        .to_vec();
+    let same = dca(&model, &state, &forces, &mut divided).unwrap();
+    assert!(off(same, &tree) <= 1e-12);
+    // The tree falls freely, the linkage does not.
+    let (held, _) = accelerations(&model, &state, &SolverOptions::default());
+    assert!(off(&held, &tree) > 0.1);
+}
+
+/// A step does not throw bodies across the room.
+#[test]
+fn steps_from_open_loops_are_refused() {
+    let (model, state) = mechanism::jansen_leg().unwrap();
+    for integrator in [
+        Integrator::SemiImplicitEuler,
+        Integrator::RungeKutta4,
+        Integrator::ImplicitMidpoint,
+    ] {
+        let mut open = state.clone();
+        open.q[1] += 0.1;
+        let mut simulation = simulation(&model, &open, integrator);
+        let error = simulation.step(1e-3).unwrap_err();
+        let text = error.to_string();
+        assert!(matches!(error, Error::LoopOpen { .. }), "{text}");
+        assert!(
+            text.contains("`top`") && text.contains("close_loops"),
+            "{text}"
+        );
+        assert_eq!(simulation.state().unwrap(), &open);
+        simulation.close_loops().unwrap();
+        simulation.step(1e-3).unwrap();
+        // As closed as a file's digits make it.
+        let mut rounded = state.clone();
+        rounded
+            .q
+            .iter_mut()
+            .for_each(|q| *q = (*q * 1e3).round() / 1e3);
+        simulation.set_state(rounded).unwrap();
+        simulation.step(1e-3).unwrap();
+    }
 }

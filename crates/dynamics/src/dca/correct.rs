@@ -34,12 +34,12 @@ use vertebra_spatial::{Force, Motion, Real, Vec3};
 #[derive(Clone, Debug)]
 pub(super) struct Corrections<T> {
     /// e of each body, about its joint's origin.
-    jumps: Vec<Motion<T>>,
+    pub(super) jumps: Vec<Motion<T>>,
     /// r of each body, about its handle point.
-    loads: Vec<Force<T>>,
+    pub(super) loads: Vec<Force<T>>,
     /// Corrections of the accelerations; of the freedoms.
     accelerations: Vec<Motion<T>>,
-    qdd: Vec<T>,
+    pub(super) qdd: Vec<T>,
     /// Corrections of the transmitted forces.
     wrenches: Vec<Force<T>>,
     /// For each chunk, the slot of the first body beyond its cut body on the path.
@@ -47,7 +47,7 @@ pub(super) struct Corrections<T> {
 }
 
 impl<T: Real> Corrections<T> {
-    fn new(plan: &Plan<T>) -> Self {
+    pub(super) fn new(plan: &Plan<T>) -> Self {
         let mut beyond = vec![None; plan.chunks.len()];
         for (index, chunk) in plan.chunks.iter().enumerate() {
             if let Inboard::Cut(cut) = chunk.inboard {
@@ -104,26 +104,13 @@ impl<T: Real, L: Real> Tree<T, L> {
             left,
             &|chunk, left| self.measure(chunk, beyond[chunk], loads, left),
         );
-        for round in 0..self.plan.schedule.round_count() {
-            self.sum_again(round, parallel);
-            self.assemble_again(round, own, parallel);
-            self.join_again(round, parallel);
-        }
-        // From here on the chunks hold the correction, and `own` the solution.
-        core::mem::swap(&mut self.chunks.accelerations, &mut own.accelerations);
-        core::mem::swap(&mut self.chunks.qdd, &mut own.qdd);
-        let descent = Descent {
-            base: Motion::ZERO,
-            jumps: Some(&own.jumps),
-        };
-        let descended = self.descend(&descent, parallel);
+        let descended = self.respond_again(own, parallel);
         let acting = Acting::Loads {
             loads: &own.loads,
             jumps: &own.jumps,
         };
         self.transmit_into(&mut own.wrenches, &acting, parallel);
-        core::mem::swap(&mut self.chunks.accelerations, &mut own.accelerations);
-        core::mem::swap(&mut self.chunks.qdd, &mut own.qdd);
+        self.exchange(own);
         descended?;
         for (a, &change) in self.chunks.accelerations.iter_mut().zip(&own.accelerations) {
             *a += change;
@@ -135,6 +122,31 @@ impl<T: Real, L: Real> Tree<T, L> {
             *f += change;
         }
         Ok(residual)
+    }
+
+    /// Up and down: what loads and jumps move. It is left in the chunks, and the solution that they had in `own`.
+    pub(super) fn respond_again(
+        &mut self,
+        own: &mut Corrections<T>,
+        parallel: bool,
+    ) -> Result<(), Fault> {
+        for round in 0..self.plan.schedule.round_count() {
+            self.sum_again(round, parallel);
+            self.assemble_again(round, own, parallel);
+            self.join_again(round, parallel);
+        }
+        self.exchange(own);
+        let descent = Descent {
+            base: Motion::ZERO,
+            jumps: Some(&own.jumps),
+        };
+        self.descend(&descent, parallel)
+    }
+
+    /// Exchanges the accelerations in the chunks with those in `own`.
+    pub(super) fn exchange(&mut self, own: &mut Corrections<T>) {
+        core::mem::swap(&mut self.chunks.accelerations, &mut own.accelerations);
+        core::mem::swap(&mut self.chunks.qdd, &mut own.qdd);
     }
 
     /// What the equations of a chunk's bodies leave; gives the largest part of any term that it is.
@@ -155,8 +167,9 @@ impl<T: Real, L: Real> Tree<T, L> {
             if slot > first {
                 jump = jump.shifted(placed.offset);
             }
-            if loads == Loads::Left
-                && let Some(above) = self.above_a_seam(chunk, slot, first, last)
+            let settled = loads == Loads::Settled;
+            if loads != Loads::Rounding
+                && let Some(above) = self.above_a_seam(chunk, slot, (first, last), settled)
             {
                 let (own, part) = self.jump(slot, above);
                 worst = worst.and(part);
@@ -186,7 +199,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             }
             worst = worst.and(size.left(Size::of_force(rest)));
             *load_out = match loads {
-                Loads::Left => rest,
+                Loads::Left | Loads::Settled => rest,
                 Loads::Rounding => size.or(Size::of_turning(&placed.inertia, a)).rounding(slot),
             };
         }
@@ -194,13 +207,13 @@ impl<T: Real, L: Real> Tree<T, L> {
     }
 
     /// The acceleration that a body's joint hangs from, seen at the joint, if the joins have put the two
-    /// together and not the chunk itself.
+    /// together and not the chunk itself, or the bodies have been moved since.
     fn above_a_seam(
         &self,
         chunk: usize,
         slot: usize,
-        first: usize,
-        last: usize,
+        (first, last): (usize, usize),
+        settled: bool,
     ) -> Option<Motion<T>> {
         let (plan, places) = (&self.plan, &self.places.bodies);
         let solved = &self.chunks.accelerations;
@@ -209,7 +222,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         } = plan.chunks[chunk];
         let above = match inboard {
             Inboard::Cut(cut) if slot == first => places[cut].handle_acceleration(solved[cut]),
-            _ if slot != last || outboard != Outboard::Leaf => return None,
+            _ if !settled && (slot != last || outboard != Outboard::Leaf) => return None,
             _ if slot > first => solved[slot - 1],
             Inboard::Carrier(carrier) => places[carrier].handle_acceleration(solved[carrier]),
             _ => return Some(self.base),

@@ -98,7 +98,8 @@ impl Batch {
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
-        super::check_model(model)?;
+        super::check_bare(model)?;
+        crate::loops::refuse_loops(model, "a batch on a GPU")?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),

@@ -1,8 +1,8 @@
 //! Loops put back where they belong: Newton's method on positions, then rates, in the mass metric.
 
 use super::{Loops, PROXIMAL, largest};
-use crate::Workspace;
 use crate::integrate::{displace, to_displacement_axes};
+use crate::tolerance::Method;
 use vertebra_assembly::{Model, State};
 
 /// The same for loops that are wide open.
@@ -15,26 +15,34 @@ const PROJECTIONS: usize = 12;
 /// position keeps it from vanishing.
 const ACCEPTED: f64 = 1e-9;
 
+/// The same with the factors of the state before, which new ones may improve.
+const ACCEPTED_STALE: f64 = 1e-13;
+
 /// The largest displacement of one iteration, in radians and the model's lengths: beyond, Newton's method is at
 /// home nowhere.
 const LARGEST_MOVE: f64 = 0.5;
 
 impl Loops {
     /// Moves a state until its loops are closed, in the mass metric of the last
-    /// [`constrain`](Self::constrain); gives the constraint furthest from closed if new factors are needed.
+    /// [`constrain`](Self::constrain), which was of this very state if its factors are `fresh`; gives the constraint
+    /// furthest from closed if new factors are needed.
     pub(crate) fn close(
         &mut self,
         model: &Model,
         state: &mut State,
-        workspace: &mut Workspace,
+        method: &mut Method,
+        fresh: bool,
     ) -> Option<(usize, f64)> {
         let mut last = f64::INFINITY;
+        let mut found = (0, 0.0);
         for iteration in 0..=PROJECTIONS {
             self.place(model, state);
             self.evaluate(false);
             let (worst, violation, rounding) = self.worst();
+            found = (worst, violation);
             let gained = violation < 0.5 * last;
-            if violation <= rounding || (!gained && violation <= ACCEPTED) {
+            let accepted = if fresh { ACCEPTED } else { ACCEPTED_STALE };
+            if violation <= rounding || (!gained && violation <= accepted) {
                 break;
             }
             if !gained || iteration == PROJECTIONS {
@@ -42,17 +50,17 @@ impl Loops {
                 // what is left (Yamashita and Fukushima, Computing Suppl. 15, 2001): that keeps them quadratic.
                 let square = violation * violation;
                 self.proximal = square.clamp(PROXIMAL, LARGEST_PROXIMAL);
-                return Some((worst, violation));
+                return Some(found);
             }
             last = violation;
             for (row, residual) in self.residual.iter_mut().enumerate() {
                 *residual = -self.values[row] * self.row_scales[row];
             }
-            self.respond(workspace);
+            self.respond_elsewhere(method);
             self.move_on(model, state);
         }
-        self.close_rates(state, workspace);
-        None
+        let closed = self.close_rates(state, method);
+        (!closed && !fresh).then_some(found)
     }
 
     /// Forgets how far open the loops were.
@@ -60,8 +68,9 @@ impl Loops {
         self.proximal = PROXIMAL;
     }
 
-    /// Takes the part of the rates out that opens the loops; the state is the one placed last.
-    pub(super) fn close_rates(&mut self, state: &mut State, workspace: &mut Workspace) {
+    /// Takes the part of the rates out that opens the loops; the state is the one placed last. Gives whether nothing
+    /// much is left of it.
+    fn close_rates(&mut self, state: &mut State, method: &mut Method) -> bool {
         let mut last = f64::INFINITY;
         for _ in 0..PROJECTIONS {
             for (rate, (&qd, &scale)) in
@@ -75,16 +84,17 @@ impl Loops {
             let left = largest(&self.residual);
             let gained = left < 0.5 * last;
             if left <= 4.0 * f64::EPSILON * speed || !gained {
-                break;
+                return left <= ACCEPTED * speed;
             }
             last = left;
-            self.respond(workspace);
+            self.respond_elsewhere(method);
             for (qd, (&change, &scale)) in
                 (state.qd.iter_mut()).zip(self.joint.iter().zip(&self.scales.rate))
             {
                 *qd += change / scale;
             }
         }
+        false
     }
 
     /// Moves the positions by what is in `joint`.

@@ -44,6 +44,11 @@ impl Envelope {
         &mut self.values[self.start[row]..self.start[row + 1]]
     }
 
+    /// The diagonal entry of a row.
+    pub(super) fn diagonal_mut(&mut self, row: usize) -> &mut f64 {
+        &mut self.values[self.start[row + 1] - 1]
+    }
+
     /// Replaces the matrix, whose diagonal is at least `floor` above what rounding can take from it, by its
     /// factor; pivots that rounding made smaller are `floor`.
     pub(super) fn factor(&mut self, floor: f64) {

@@ -7,7 +7,8 @@
 //! and with qdd = free + H^-1 J' lambda the unknown forces lambda are those of A lambda = r, where A = J H^-1 J'
 //! and r is what the free motion leaves. Neither H nor its inverse is made: with the factors that the free solution
 //! left, A = Y'Y, a column of Y costs one sweep up from the loop to the world, and the answer one substitution
-//! (`substitute.rs`).
+//! (`substitute.rs`). With those of an assembly tree columns of H^-1 J' are substitutions themselves
+//! (`dca/substitute.rs`).
 //!
 //! Loops may ask for the same thing twice, and then A is singular. It is solved by the proximal iteration of
 //! Carpentier, Budhiraja and Mansard (RSS 2021): with A + mu 1, repeated on what is left,
@@ -23,16 +24,29 @@
 //! **Drift.** Solutions keep second rates at zero, and steps in time add their own error. After each step the positions
 //! are put back by Newton's method in the mass metric, dq = H^-1 J' (A + mu 1)^-1 (-e), and then the rates by the
 //! same projection; A and the factors are those of the step, refreshed where they do not gain a digit in three.
+//!
+//! **Turning.** Loops turn velocities, and a step of order 1 lets two things do it: the part of the loops' forces that
+//! goes with the rates, -dJ/dt qd, before it, and the projection of rates after it. Take a point on a circle, which
+//! moves by an angle x a step. Let a share w of that force act: it makes the velocity (1, w x), the circle's
+//! direction where the step ends is (1, x), and what the projection leaves has the square
+//!
+//! 1 + w^2 x^2 - (1 - w)^2 x^2 = 1 + (2 w - 1) x^2    to order x^4.
+//!
+//! With all of the force energy grows without bound, since x grows with it; with none of it energy is lost as fast.
+//! With one half neither happens ([`Integrator`](crate::Integrator)), as in RATTLE (Andersen, J. Comput. Phys. 52,
+//! 1983), which puts one half at each end. Methods of higher order take all of it at each of their stages.
 
 mod closing;
-mod constraint;
+pub(crate) mod constraint;
 mod envelope;
-mod equation;
+pub(crate) mod equation;
+mod exact;
 mod solve;
 
 use crate::link::Scales;
+use crate::tolerance::Method;
 use crate::workspace::Sweeps;
-use crate::{BodyForce, Error, Forces, Workspace, Wrench, finite_results};
+use crate::{BodyForce, Error, Forces, Wrench, finite_results};
 use constraint::Constraint;
 use envelope::Envelope;
 use vertebra_assembly::{Model, State};
@@ -43,6 +57,10 @@ const PROXIMAL: f64 = 1e-8;
 
 /// Proximal iterations at most.
 const ITERATIONS: usize = 20;
+
+/// Violation over the loop's size from which a step does not start: closing the loop would move bodies by more of
+/// their length than steps do that mean anything.
+const OPEN: f64 = 1e-2;
 
 /// How far a loop or coupling of a model is from closed.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,15 +104,22 @@ pub(crate) struct Loops {
     right: Vec<f64>,
     /// J and Y, row after row, each with the freedoms of its constraint.
     jacobian: Vec<f64>,
-    whitened: Vec<f64>,
+    roots: Vec<f64>,
     matrix: Envelope,
-    /// mu of the next factor.
+    /// mu of the next factor, and of the one at hand.
     proximal: f64,
+    factored: f64,
+    /// The share w of the forces that go with the rates, in the solutions of a step.
+    turning: f64,
+    /// Whether the next solution is a step's first.
+    starts: bool,
     /// One entry a freedom: a row spread out, forces and what they cause, accelerations.
     spread: Vec<f64>,
     joint: Vec<f64>,
     qdd: Vec<f64>,
     before: State,
+    /// What acts, the forces of loops included.
+    held: Option<Forces>,
 }
 
 impl Loops {
@@ -130,60 +155,103 @@ impl Loops {
             change: zeros.clone(),
             right: zeros,
             jacobian: vec![0.0; entries],
-            whitened: vec![0.0; entries],
+            roots: vec![0.0; entries],
             matrix: Envelope::new(first),
             proximal: PROXIMAL,
+            factored: PROXIMAL,
+            turning: 1.0,
+            starts: false,
             spread: vec![0.0; dofs],
             joint: vec![0.0; dofs],
             qdd: vec![0.0; dofs],
             before: State::neutral(model),
+            held: None,
         }))
     }
 
-    /// The accelerations under the loops' forces [rad/s^2 or m/s^2], given those of the tree that
-    /// [`aba`](crate::aba) has just left in a workspace.
+    /// Begins a step, in the solutions of which this share of the forces that go with the rates acts: the closing
+    /// at its end makes up for the rest. It does not start from loops that are open.
+    pub(crate) const fn begin_step(&mut self, turning: f64) {
+        self.turning = turning;
+        self.starts = true;
+    }
+
+    /// Ends a step, taken or not.
+    pub(crate) const fn end_step(&mut self) {
+        self.turning = 1.0;
+        self.starts = false;
+    }
+
+    /// The accelerations under the loops' forces [rad/s^2 or m/s^2], given those of the tree that a method has just
+    /// left.
     pub(crate) fn constrain(
         &mut self,
         model: &Model,
         state: &State,
-        workspace: &mut Workspace,
+        method: &mut Method,
     ) -> Result<&[f64], Error> {
-        let free = workspace.joint_accelerations()?;
-        for (k, &free) in free.iter().enumerate() {
-            self.qdd[k] = free / self.scales.acceleration[k];
+        self.take_accelerations(model, state, method.accelerations()?);
+        if core::mem::take(&mut self.starts) {
+            self.refuse_open(state)?;
+        }
+        self.factor(method);
+        self.demand();
+        self.multipliers.fill(0.0);
+        self.settle(method, ITERATIONS);
+        self.accelerations(model, state)
+    }
+
+    /// Factors of a state that a method has just solved.
+    pub(crate) fn refresh(&mut self, model: &Model, state: &State, method: &mut Method) {
+        self.place(model, state);
+        self.evaluate(false);
+        self.factor(method);
+    }
+
+    /// Takes accelerations [rad/s^2 or m/s^2], and evaluates the equations with them.
+    fn take_accelerations(&mut self, model: &Model, state: &State, given: &[f64]) {
+        for (k, &given) in given.iter().enumerate() {
+            self.qdd[k] = given / self.scales.acceleration[k];
             self.kinematics.u[k] = self.qdd[k];
         }
         self.place(model, state);
         self.kinematics.accelerate();
         self.evaluate(true);
-        self.factor(workspace);
-        for (row, residual) in self.residual.iter_mut().enumerate() {
-            *residual = -self.second_rates[row] * self.row_scales[row];
-        }
-        self.multipliers.fill(0.0);
-        let rounding = f64::EPSILON * largest(&self.residual);
-        let mut last = f64::INFINITY;
-        for _ in 0..ITERATIONS {
-            let left = largest(&self.residual);
-            let gained = left < 0.5 * last;
-            if left <= rounding || !gained {
-                break;
-            }
-            last = left;
-            self.respond(workspace);
-            for (sum, &change) in self.multipliers.iter_mut().zip(&self.change) {
-                *sum += change;
-            }
-            for (qdd, &response) in self.qdd.iter_mut().zip(&self.joint) {
-                *qdd += response;
-            }
-            self.subtract_response();
-        }
+    }
+
+    /// The accelerations found, from now on in SI.
+    fn accelerations(&mut self, model: &Model, state: &State) -> Result<&[f64], Error> {
         for (qdd, &scale) in self.qdd.iter_mut().zip(&self.scales.acceleration) {
             *qdd *= scale;
         }
         finite_results(model, "joint acceleration", &self.qdd, state.time)?;
         Ok(&self.qdd)
+    }
+
+    /// What the loops ask of accelerations beside the tree's, scaled.
+    fn demand(&mut self) {
+        for constraint in &self.constraints {
+            for row in constraint.rows.clone() {
+                // The second rate without what goes with the rates.
+                let bare = constraint.times(row, &self.jacobian, &self.qdd);
+                let turning = self.second_rates[row] - bare;
+                self.residual[row] = -(bare + self.turning * turning) * self.row_scales[row];
+            }
+        }
+    }
+
+    /// Refuses to start a step from open loops.
+    fn refuse_open(&self, state: &State) -> Result<(), Error> {
+        let (worst, violation, _) = self.worst();
+        if violation <= OPEN {
+            return Ok(());
+        }
+        Err(Error::LoopOpen {
+            name: self.constraints[worst].name.clone(),
+            violation,
+            limit: OPEN,
+            time: state.time,
+        })
     }
 
     /// How far a state is from closed: the worst constraint.
@@ -212,8 +280,8 @@ impl Loops {
     }
 
     /// The forces of the last [`constrain`](Self::constrain), of least norm.
-    pub(crate) fn forces(&mut self, model: &Model) -> LoopForces {
-        self.take_least_norm();
+    pub(crate) fn forces(&mut self, model: &Model, method: &mut Method) -> LoopForces {
+        self.take_least_norm(method);
         let units = model.units();
         let mut forces = LoopForces::default();
         for constraint in &self.constraints {
@@ -229,9 +297,21 @@ impl Loops {
         forces
     }
 
-    /// Adds the forces of the last [`constrain`](Self::constrain) to those that act.
-    pub(crate) fn act(&mut self, model: &Model, forces: &mut Forces) {
-        self.take_least_norm();
+    /// Adds the forces of the last [`constrain`](Self::constrain), of least norm, to those that act.
+    pub(crate) fn act(&mut self, model: &Model, method: &mut Method, forces: &mut Forces) {
+        self.take_least_norm(method);
+        self.act_as_they_are(model, forces);
+    }
+
+    /// The forces that act with those of the last solution.
+    pub(crate) fn with_own(&mut self, model: &Model, forces: &Forces) -> &Forces {
+        let mut held = (self.held.take()).unwrap_or_else(|| Forces::none(model));
+        held.copy_from(forces);
+        self.act_as_they_are(model, &mut held);
+        self.held.insert(held)
+    }
+
+    fn act_as_they_are(&self, model: &Model, forces: &mut Forces) {
         let units = model.units();
         for constraint in &self.constraints {
             let wrench = self.wrench(constraint);
@@ -301,13 +381,27 @@ pub(crate) fn has_loops(model: &Model) -> bool {
     !model.loops().is_empty() || model.couplings().next().is_some()
 }
 
-/// Refuses a model with loops or couplings.
-pub(crate) fn refuse_loops(model: &Model, by: &'static str) -> Result<(), Error> {
+/// The name of a model's first loop or coupling.
+pub(crate) fn first_loop(model: &Model) -> Option<String> {
     let first = model.loops().first().map(|closed| closed.name.clone());
-    match first.or_else(|| model.couplings().next().map(|coupling| coupling.name)) {
+    first.or_else(|| model.couplings().next().map(|coupling| coupling.name))
+}
+
+/// Refuses a model that has this for a first loop.
+pub(crate) fn refuse_looped(first: Option<&String>, by: &'static str) -> Result<(), Error> {
+    match first {
         None => Ok(()),
-        Some(name) => Err(Error::LoopsUnavailable { name, by }),
+        Some(name) => Err(Error::LoopsUnavailable {
+            name: name.clone(),
+            by,
+        }),
     }
+}
+
+/// Refuses a model with loops or couplings.
+#[cfg(feature = "gpu")]
+pub(crate) fn refuse_loops(model: &Model, by: &'static str) -> Result<(), Error> {
+    refuse_looped(first_loop(model).as_ref(), by)
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -2,12 +2,17 @@
 
 use super::*;
 use crate::integrate::{displace, to_displacement_axes};
-use crate::{Precision, aba, crba};
+use crate::{Precision, Workspace, crba};
 use faer::Mat;
 use glam::{DQuat, DVec3};
 use vertebra_assembly::generate::{self, RandomTree};
 use vertebra_assembly::{Closure, Random};
 use vertebra_spatial::Pose;
+
+/// The articulated-body algorithm in f64.
+fn method(model: &Model) -> Method {
+    Method::Aba(Box::new(Workspace::of_tree(model, Precision::F64)))
+}
 
 fn vector(random: &mut Random) -> DVec3 {
     DVec3::from_array([(); 3].map(|()| random.symmetric()))
@@ -168,13 +173,13 @@ fn redundant_loops_share_their_forces_as_the_pseudo_inverse_does() {
         let mut workspace = Workspace::new(&model, Precision::F64);
         let mut loops = Loops::of_model(&model).unwrap();
         let mass = crba(&model, &state, &mut workspace).unwrap().to_owned();
-        aba(&model, &state, &forces, &mut workspace).unwrap();
-        let free = workspace.joint_accelerations().unwrap().to_vec();
+        let mut method = method(&model);
+        let free = method.solve(&model, &state, &forces).unwrap().to_vec();
         let qdd = loops
-            .constrain(&model, &state, &mut workspace)
+            .constrain(&model, &state, &mut method)
             .unwrap()
             .to_vec();
-        loops.take_least_norm();
+        loops.take_least_norm(&mut method);
 
         let (rows, dofs) = (loops.values.len(), model.dof_count());
         let mut jacobian = Mat::<f64>::zeros(rows, dofs);
@@ -238,20 +243,20 @@ fn loop_forces_are_forces() {
         let model = closed_tree(closure, seed);
         let state = State::random(&model, seed);
         let mut forces = Forces::none(&model);
-        let mut workspace = Workspace::new(&model, Precision::F64);
         let mut loops = Loops::of_model(&model).unwrap();
-        aba(&model, &state, &forces, &mut workspace).unwrap();
+        let mut method = method(&model);
+        method.solve(&model, &state, &forces).unwrap();
         let qdd = loops
-            .constrain(&model, &state, &mut workspace)
+            .constrain(&model, &state, &mut method)
             .unwrap()
             .to_vec();
-        loops.act(&model, &mut forces);
-        let again = aba(&model, &state, &forces, &mut workspace).unwrap();
+        loops.act(&model, &mut method, &mut forces);
+        let found = loops.forces(&model, &mut method);
+        let again = method.solve(&model, &state, &forces).unwrap();
         let size = largest(&qdd);
         for (a, b) in qdd.iter().zip(again) {
             assert!((a - b).abs() <= 1e-7 * size, "{closure:?}: {a} or {b}");
         }
-        let found = loops.forces(&model);
         assert_eq!((found.loops.len(), found.couplings.len()), (2, 0));
     }
 }

@@ -21,7 +21,7 @@ pub(super) fn workspace<'a>(
     let precision = solver.choice().precision;
     match solver.workspace_mut() {
         Some(own) => own,
-        None => other.get_or_insert_with(|| Workspace::new(model, precision)),
+        None => other.get_or_insert_with(|| Workspace::of_tree(model, precision)),
     }
 }
 
@@ -81,6 +81,21 @@ impl Host {
         Ok(self.solver.loop_forces(model))
     }
 
+    /// The joint accelerations [rad/s^2 or m/s^2].
+    pub(super) fn accelerations(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<Vec<f64>, Error> {
+        let forces = match busy(&mut self.elements) {
+            Some(elements) => elements.load(state, forces, 0.0)?,
+            None => forces,
+        };
+        let solved = self.solver.forward_dynamics(model, state, forces);
+        solved.map(<[f64]>::to_vec)
+    }
+
     /// The forces that act without a step, those of elements and loops included, and the solver.
     pub(super) fn all_forces<'a>(
         &'a mut self,
@@ -97,12 +112,7 @@ impl Host {
         }
         self.solver.forward_dynamics(model, state, forces)?;
         let held = self.held.get_or_insert_with(|| Forces::none(model));
-        held.joint.clone_from(&forces.joint);
-        held.joint_inertia.clone_from(&forces.joint_inertia);
-        held.clear_external();
-        for &(body, wrench) in forces.external() {
-            held.push(body, wrench);
-        }
+        held.copy_from(forces);
         self.solver.add_loop_forces(model, held);
         Ok((held, &mut self.solver))
     }
@@ -124,7 +134,7 @@ impl Host {
                 None => forces,
             };
             let found = self.solver.check(model, state, forces)?;
-            monitor.record(state.time, found);
+            monitor.record(state.time, found)?;
         }
         let elements = busy(&mut self.elements);
         if let Some(elements) = &elements {
@@ -138,7 +148,10 @@ impl Host {
             elements,
         };
         let (solver, stages) = (&mut self.solver, &mut self.stages);
-        step.take(integrator, solver, stages, &mut self.next)?;
+        solver.begin_step(integrator);
+        let taken = step.take(integrator, solver, stages, &mut self.next);
+        solver.end_step();
+        taken?;
         self.solver.close(model, &mut self.next, forces)?;
         let time = state.time;
         finite_results(model, "joint rate", &self.next.qd, time)?;
@@ -159,7 +172,7 @@ impl Host {
         }
         core::mem::swap(state, &mut self.next);
         if let Some(monitor) = monitor {
-            monitor.count();
+            monitor.count(1);
         }
         Ok(())
     }

@@ -1,0 +1,54 @@
+//! Joint-space solutions with the factors of an assembly tree: H x = tau.
+//!
+//! A joint force tau is a pair of forces f, S'f = tau, on the joint's body and on the one that carries it. On bodies at
+//! rest those are the loads of a [correction](super::correct) without jumps, and what responds is x: one sweep of
+//! vectors up and down, in as many rounds as the solution took.
+
+use super::correct::Corrections;
+use super::split::PARALLEL_BODIES;
+use super::tree::Tree;
+use crate::drive::transmitted;
+use vertebra_spatial::{Force, Motion, Real};
+
+impl<T: Real, L: Real> Tree<T, L> {
+    /// Replaces joint forces by accelerations, both in the model's units and order; not numbers where they overflow.
+    pub(super) fn substitute(&mut self, values: &mut [f64], threads: bool) {
+        let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
+        let mut own =
+            (self.corrections.take()).unwrap_or_else(|| Corrections::new(&self.plan).into());
+        own.jumps.fill(Motion::ZERO);
+        own.loads.fill(Force::ZERO);
+        for slot in 0..self.plan.len() {
+            self.load(slot, values, &mut own.loads);
+        }
+        let responded = self.respond_again(&mut own, parallel);
+        self.exchange(&mut own);
+        if responded.is_ok() {
+            for (&dof, x) in self.plan.model_dofs.iter().zip(&own.qdd) {
+                values[dof as usize] = x.to_f64();
+            }
+        } else {
+            values.fill(f64::NAN);
+        }
+        self.corrections = Some(own);
+    }
+
+    /// Adds the pair of forces of a joint, each about its body's handle point.
+    fn load(&self, slot: usize, values: &[f64], loads: &mut [Force<T>]) {
+        let dofs = self.plan.dofs_of(slot);
+        let mut tau = [T::ZERO; 6];
+        for (tau, &dof) in tau.iter_mut().zip(&self.plan.model_dofs[dofs.clone()]) {
+            *tau = T::from_f64(values[dof as usize]);
+        }
+        if tau.iter().all(|&tau| tau == T::ZERO) {
+            return;
+        }
+        let tau = &tau[..dofs.len()];
+        let f = transmitted(Force::ZERO, &self.places.columns[dofs], tau);
+        let placed = &self.places.bodies[slot];
+        loads[slot] += f.shifted_back(-placed.arm);
+        if let Some(parent) = self.plan.links[slot].parent {
+            loads[self.plan.slots[parent] as usize] -= f.shifted_back(placed.offset);
+        }
+    }
+}

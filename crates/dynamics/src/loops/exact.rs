@@ -1,0 +1,86 @@
+//! Loops to a tolerance.
+//!
+//! A tree is solved to its tolerance under forces that are given, those of loops among them. What is left of the loops'
+//! own equations then is measured on that solution, and the response to it, with the factors at hand, corrects both
+//! forces and accelerations: iterative refinement of
+//!
+//! H qdd - J' lambda = tau - h,   J qdd = -dJ/dt qd,
+//!
+//! as `tolerance.rs` does it for the first line alone, with the same estimate: the change that a correction makes is the
+//! error before it. Lambda acts as force pairs on the bodies, so that the residual of the bodies' equations includes
+//! it; the residual of a loop's equation is what it leaves over the sum of its terms' sizes, and the larger of the two
+//! is the one reported.
+
+use super::{ITERATIONS, Loops};
+use crate::refine::relative;
+use crate::tolerance::{CAUTION, Ladder, SWEEPS};
+use crate::{Error, Forces};
+use vertebra_assembly::{Model, State};
+
+impl Loops {
+    /// The accelerations under the loops' forces [rad/s^2 or m/s^2], to the tolerance of a ladder.
+    pub(crate) fn constrain_to_tolerance(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+        ladder: &mut Ladder,
+    ) -> Result<&[f64], Error> {
+        ladder.solve(model, state, forces)?;
+        if let Some(method) = ladder.method() {
+            self.constrain(model, state, method)?;
+        }
+        let (mut residual, mut error, mut before) = (0.0, 0.0, 1.0);
+        for _ in 0..SWEEPS {
+            let held = self.with_own(model, forces);
+            let solved = ladder.solve(model, state, held)?;
+            self.take_accelerations(model, state, solved);
+            residual = self.left();
+            self.demand();
+            self.spread.copy_from_slice(&self.qdd);
+            if let Some(method) = ladder.method() {
+                self.settle(method, ITERATIONS);
+            }
+            let change = self.changed();
+            error = change * (CAUTION * change / before).min(1.0);
+            if error <= ladder.tolerance() || change > 0.5 * before {
+                break;
+            }
+            before = change;
+        }
+        ladder.add(residual, error)?;
+        self.accelerations(model, state)
+    }
+
+    /// The largest part of the sizes of its terms that an equation leaves.
+    fn left(&self) -> f64 {
+        let mut worst = 0.0_f64;
+        for constraint in &self.constraints {
+            for row in constraint.rows.clone() {
+                let entries = constraint.row(row, &self.jacobian);
+                let terms =
+                    (entries.iter().zip(&constraint.dofs)).map(|(j, &dof)| j * self.qdd[dof]);
+                let (bare, size) = terms.fold((0.0, 0.0_f64), |(sum, size), term| {
+                    (sum + term, size + term.abs())
+                });
+                let turning = self.turning * (self.second_rates[row] - bare);
+                let size = size + turning.abs();
+                if size > 0.0 {
+                    worst = worst.max((bare + turning).abs() / size);
+                }
+            }
+        }
+        worst
+    }
+
+    /// By how much accelerations differ from those in `spread`, as part of the largest in SI.
+    fn changed(&self) -> f64 {
+        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+        let both = self.qdd.iter().zip(&self.spread);
+        for ((&qdd, &was), &scale) in both.zip(&self.scales.acceleration) {
+            change = change.max((qdd - was).abs() * scale);
+            largest = largest.max(qdd.abs() * scale);
+        }
+        relative(change, largest)
+    }
+}
