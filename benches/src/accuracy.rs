@@ -2,21 +2,24 @@
 //!
 //! One problem says little about an algorithm: over the seeds of one case errors differ a
 //! hundredfold. So an [`Entry`] holds what the middle and the end of the distribution are, and how
-//! often the solver refused. Neither the number of threads nor the machine makes a difference:
-//! entries can be compared with stored ones, which [`crate::suite::seeds`] does.
+//! often the solver refused. Neither the number of threads nor the machine makes a difference, only which GPU it
+//! is, if it is one: entries can be compared with stored ones, which [`crate::suite::seeds`] does.
 
 pub mod case;
 pub mod entry;
 mod hard;
 mod output;
 mod pictures;
+mod solvers;
 
 pub use hard::Hard;
+pub use solvers::Solvers;
 
-use crate::cli::AccuracyArgs;
+use crate::cli::{AccuracyArgs, Backend};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::run::Outcome;
+use crate::suite;
 use anyhow::Context;
 use case::Case;
 use entry::Entry;
@@ -26,9 +29,13 @@ use std::path::{Path, PathBuf};
 /// Runs `accuracy`: measures, prints and writes the entries.
 ///
 /// # Errors
-/// If no case is meant, a problem has no reference, or the files cannot be written.
+/// If no case is meant, there is no GPU to measure, a problem has no reference, or the files cannot be written.
 pub fn run(arguments: &AccuracyArgs) -> anyhow::Result<Outcome> {
     let cases = chosen(&arguments.cases)?;
+    let solvers = match arguments.backend {
+        Backend::Cpu => Solvers::on_cpu(),
+        Backend::Gpu => Solvers::on_gpu(&suite::gpu::device()?),
+    };
     output::check_writable(&arguments.out)?;
     let interrupt = Interrupt::on_ctrl_c()?;
     let sizes = arguments.sizes();
@@ -41,7 +48,7 @@ pub fn run(arguments: &AccuracyArgs) -> anyhow::Result<Outcome> {
             }
             let label = format!("{} of {bodies}", case.name());
             progress.begin(&label);
-            entries.extend(entry::measure(case, bodies, arguments.seeds)?);
+            entries.extend(entry::measure(&solvers, case, bodies, arguments.seeds())?);
             progress.done(&label);
         }
     }

@@ -1,5 +1,7 @@
 //! The command line of `vertebra-bench`.
 
+mod choices;
+
 use crate::scenario::Selection;
 use clap::{Args, Parser, Subcommand};
 use std::path::{Path, PathBuf};
@@ -85,15 +87,15 @@ pub struct BenchArgs {
     /// Scenarios to measure: `dynamics`, `needs`, `chunks`, `joints`, `batch`, `loops`, `collision`,
     /// `collision-queries`, `collision-error`, `collision-scaling`, `gpu`. All by default, `gpu` where there is a real one;
     /// none of them when you name files of your own.
-    #[arg(value_parser = ["dynamics", "needs", "chunks", "joints", "batch", "loops", "collision", "collision-queries", "collision-error", "collision-scaling", "gpu"])]
+    #[arg(value_parser = choices::SCENARIOS.map(|(name, _)| name))]
     pub scenarios: Vec<String>,
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
     pub quick: bool,
-    /// Methods: aba, crba, dca, rnea, step; exact, moller, moller0, separating-axes, build, self, inside,
+    /// Methods: aba, crba, dca, rnea, step, step-bare, step-elements, cut; exact, moller, moller0, separating-axes, build, self, inside,
     /// poses, links, refit, rebuild, or one question such as exact-any; copy, reduce, scan, compact, histogram, sort, dispatch on a GPU,
     /// shapes of the sort, and collision or one of its rows.
-    #[arg(long, value_delimiter = ',', value_parser = METHODS)]
+    #[arg(long, value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(choices::METHODS))]
     pub method: Vec<String>,
     /// Precisions; that of divide and conquer is its joins'.
     #[arg(long, value_delimiter = ',', value_enum)]
@@ -122,7 +124,7 @@ pub struct BenchArgs {
     /// Let the robot's root float freely.
     #[arg(long, requires = "model")]
     pub floating_base: bool,
-    /// Measure this mesh (OBJ or STL) against --mesh-b.
+    /// Measure this mesh (OBJ, STL, PLY or OFF) against --mesh-b.
     #[arg(long, value_name = "FILE", requires = "mesh_b")]
     pub mesh_a: Option<PathBuf>,
     /// The other mesh.
@@ -156,15 +158,19 @@ pub struct BenchArgs {
 pub struct AccuracyArgs {
     /// Cases to measure, by a part of their names, such as `chain` or `decades`; all by default.
     pub cases: Vec<String>,
+    /// What is measured. A GPU is the one that the environment variable VERTEBRA_ADAPTER names, or the best
+    /// there is.
+    #[arg(long, value_enum, default_value = "cpu")]
+    pub backend: Backend,
     /// Leave out the sizes that take long.
     #[arg(long)]
     pub quick: bool,
-    /// Numbers of bodies; 32, 128, 512, 2048 and 4096 by default.
+    /// Numbers of bodies; 32, 128, 512, 2048 and 4096 by default, on a GPU the first three.
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
     pub sizes: Vec<u32>,
-    /// Seeds of each case and size.
-    #[arg(long, default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..))]
-    pub seeds: u32,
+    /// Seeds of each case and size; 200 by default, on a GPU 64.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub seeds: Option<u32>,
     /// Folder for accuracy.json, accuracy.csv and accuracy.md.
     #[arg(long, default_value = "target/accuracy", value_name = "DIR")]
     pub out: PathBuf,
@@ -190,12 +196,12 @@ pub struct MotionArgs {
 /// Options of `fuzz`.
 #[derive(Args, Debug)]
 pub struct FuzzArgs {
-    /// Number of models.
+    /// Models to try; some of them are too unreasonable to be built.
     #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     pub models: u64,
-    /// Stop after so many seconds.
-    #[arg(long)]
-    pub seconds: Option<u64>,
+    /// Stop after so many seconds, at the end of a block of some thousand models.
+    #[arg(long, value_parser = positive_seconds)]
+    pub seconds: Option<f64>,
     /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -290,88 +296,6 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-const METHODS: [&str; 79] = [
-    "aba",
-    "aba-derivatives",
-    "aba-refined",
-    "aba-refined-2",
-    "build",
-    "crba",
-    "dca",
-    "dca-refined",
-    "dca-refined-2",
-    "rnea",
-    "step",
-    "step-all-poses",
-    "step-no-pose",
-    "exact",
-    "exact-any",
-    "exact-any-resident",
-    "exact-classified",
-    "exact-classified-resident",
-    "exact-count",
-    "exact-count-resident",
-    "exact-curves",
-    "exact-curves-resident",
-    "exact-mask",
-    "exact-mask-resident",
-    "exact-pairs",
-    "exact-pairs-all",
-    "exact-pairs-resident",
-    "exact-within",
-    "exact-within-resident",
-    "inside",
-    "inside-resident",
-    "links",
-    "poses",
-    "rebuild",
-    "refit",
-    "self",
-    "self-pairs",
-    "self-pairs-resident",
-    "seeds",
-    "moller",
-    "moller-pairs",
-    "moller0",
-    "moller0-pairs",
-    "separating-axes",
-    "dispatch",
-    "copy",
-    "reduce",
-    "scan",
-    "compact",
-    "histogram",
-    "sort",
-    "shapes",
-    "collision",
-    "collision-any",
-    "collision-build",
-    "collision-contacts",
-    "collision-contacts-posed",
-    "collision-count",
-    "collision-device",
-    "collision-device-all",
-    "collision-device-tree",
-    "collision-error-exact",
-    "collision-error-moller",
-    "collision-following",
-    "collision-links",
-    "collision-mask",
-    "collision-moller",
-    "collision-pairs",
-    "collision-pairs-all",
-    "collision-pairs-chosen",
-    "collision-pairs-moving",
-    "collision-pairs-tree",
-    "collision-pairs-upload",
-    "collision-poses",
-    "collision-refit-pairs",
-    "collision-self",
-    "collision-spheres",
-    "collision-spheres-all",
-    "collision-spheres-tree",
-];
-
 impl BenchArgs {
     /// What is to be measured.
     #[must_use]
@@ -384,6 +308,21 @@ impl BenchArgs {
             seed: self.seed,
             quick: self.quick,
         }
+    }
+
+    /// Refuses options that a scenario named would pass over in silence.
+    ///
+    /// # Errors
+    /// If there is one.
+    pub fn check(&self) -> anyhow::Result<()> {
+        let given = [
+            ("--precision", !self.precision.is_empty()),
+            ("--sizes", !self.sizes.is_empty()),
+            ("--threads", !self.threads.is_empty()),
+        ];
+        let given = given.into_iter().filter(|(_, is_given)| *is_given);
+        let given: Vec<&str> = given.map(|(option, _)| option).collect();
+        choices::check(&self.scenarios, &given)
     }
 
     /// The folder to write to.
@@ -416,11 +355,21 @@ impl AccuracyArgs {
     /// The sizes asked for.
     #[must_use]
     pub fn sizes(&self) -> Vec<usize> {
-        match (self.sizes.is_empty(), self.quick) {
-            (false, _) => to_sizes(&self.sizes),
-            (true, true) => vec![32, 128, 512],
-            (true, false) => vec![32, 128, 512, 2048, 4096],
+        match (self.sizes.is_empty(), self.quick, self.backend) {
+            (false, ..) => to_sizes(&self.sizes),
+            (true, false, Backend::Cpu) => vec![32, 128, 512, 2048, 4096],
+            (true, true, Backend::Gpu) => vec![32, 128],
+            _ => vec![32, 128, 512],
         }
+    }
+
+    /// The number of seeds asked for.
+    #[must_use]
+    pub fn seeds(&self) -> u32 {
+        self.seeds.unwrap_or(match self.backend {
+            Backend::Cpu => 200,
+            Backend::Gpu => 64,
+        })
     }
 }
 
@@ -508,6 +457,26 @@ mod tests {
         };
         assert!(parse(&[]).wants("dynamics"));
         assert!(!parse(&["--model", "a.urdf"]).wants("dynamics"));
+        assert!(
+            parse(&["loops", "chunks", "--precision", "f32"])
+                .check()
+                .is_ok()
+        );
+        for idle in [["joints", "--precision", "f32"], ["loops", "--sizes", "8"]] {
+            let error = parse(&idle)
+                .check()
+                .expect_err("an option without effect")
+                .to_string();
+            assert!(
+                error.contains(idle[0]) && error.contains(idle[1]),
+                "{error}"
+            );
+        }
+        assert!(
+            parse(&["joints", "--method", "cut-tree,step-bare"])
+                .check()
+                .is_ok()
+        );
         let both = parse(&["dynamics", "--model", "a.urdf"]);
         assert!(both.wants("dynamics") && !both.wants("collision"));
     }

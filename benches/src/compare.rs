@@ -94,6 +94,26 @@ pub enum Side {
     New,
 }
 
+/// Refuses runs that have no row in common: nothing would have been judged.
+///
+/// # Errors
+/// If there is none, and why the first row has no counterpart.
+pub fn refuse_strangers(verdicts: &[Verdict]) -> anyhow::Result<()> {
+    let mut why = None;
+    for verdict in verdicts {
+        match verdict {
+            Verdict::Compared { .. } => return Ok(()),
+            Verdict::Unmatched { key, reason, .. } => {
+                why.get_or_insert_with(|| format!("{key}: {reason}"));
+            }
+        }
+    }
+    anyhow::bail!(
+        "the runs have no row in common, so that nothing was judged ({}); compare runs of the same scenarios on the same device",
+        why.unwrap_or_else(|| "there are no rows".to_owned())
+    )
+}
+
 /// The outcome for one row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {

@@ -63,10 +63,13 @@ const ANSWER: &str = "answer";
 /// Runs `fuzz`.
 ///
 /// # Errors
-/// If Ctrl-C cannot be heard.
+/// If Ctrl-C cannot be heard, or the seconds are too many to count.
 pub fn run(arguments: &FuzzArgs) -> anyhow::Result<Outcome> {
     let interrupt = Interrupt::on_ctrl_c()?;
-    let limit = arguments.seconds.map(Duration::from_secs);
+    let limit = arguments
+        .seconds
+        .map(Duration::try_from_secs_f64)
+        .transpose()?;
     let blocks = arguments.models.div_ceil(BLOCK);
     let mut progress = Progress::new(usize::try_from(blocks).unwrap_or(usize::MAX));
     let (start, mut tally) = (Instant::now(), Tally::default());
@@ -90,7 +93,7 @@ pub fn run(arguments: &FuzzArgs) -> anyhow::Result<Outcome> {
         println!("FAIL  model {number} of seed {}: {failure}", arguments.seed);
     }
     println!(
-        "{} models, {} answers, {} failures",
+        "{} models of those tried could be built, {} answers, {} failures",
         tally.models,
         tally.answers(),
         tally.failures.len()

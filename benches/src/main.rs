@@ -37,7 +37,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Failure) => ExitCode::FAILURE,
         Ok(Outcome::Interrupted) => ExitCode::from(interrupt::EXIT_STATUS),
         Err(error) => {
-            eprintln!("error: {error:#}");
+            eprintln!("error: {}", run::whole(&error));
             ExitCode::FAILURE
         }
     }
@@ -48,6 +48,7 @@ fn judge(arguments: &CompareArgs) -> anyhow::Result<bool> {
     let new = results::read_results(&arguments.new)?;
     let verdicts = compare::compare(&old, &new);
     println!("{}", compare::to_table(&verdicts));
+    compare::refuse_strangers(&verdicts)?;
     let worse = verdicts.iter().any(compare::Verdict::is_regression);
     Ok(!(arguments.fail_on_regression && worse))
 }

@@ -156,7 +156,7 @@ fn stored(folder: &Path) -> anyhow::Result<Option<Vec<Run>>> {
 }
 
 /// All the energy there is \[J\].
-fn energy(simulation: &Simulation, now: &Mechanics) -> Result<f64, Error> {
+fn energy(simulation: &mut Simulation, now: &Mechanics) -> Result<f64, Error> {
     let stored = simulation.stored()?;
     Ok(now.kinetic_energy + now.potential_energy + stored.springs + stored.rotors)
 }
@@ -266,7 +266,7 @@ fn watch(
     let h = 1.0 / f64::from(run.steps_per_second);
     let mut simulation = scene.simulation(integrator)?;
     let start = simulation.mechanics()?;
-    let all = energy(&simulation, &start)?;
+    let all = energy(&mut simulation, &start)?;
     // Spread evenly over the logarithm of time.
     let mut due = h;
     let growth = (run.seconds / h).powf(1.0 / DRIFT_POINTS as f64);
@@ -276,7 +276,7 @@ fn watch(
         let time = simulation.time();
         let seen = stepped.and_then(|()| {
             let now = simulation.mechanics()?;
-            Ok((energy(&simulation, &now)?, now))
+            Ok((energy(&mut simulation, &now)?, now))
         });
         let Ok((whole, now)) = seen else {
             run.ended = Some(time);

@@ -36,10 +36,18 @@ pub enum ResultsError {
         /// What is wrong with it.
         source: RowError,
     },
-    /// The file system refused.
+    /// A file cannot be written.
     #[error("{}: {source}; see that the folder exists, can be written, and has space", path.display())]
     Io {
         /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file cannot be read.
+    #[error("{}: {source}; see that the path is right and the file may be read", path.display())]
+    Unreadable {
+        /// The file.
         path: PathBuf,
         /// What the system said.
         source: io::Error,
@@ -127,7 +135,7 @@ pub fn read_results(path: &Path) -> Result<Vec<Row>, ResultsError> {
     } else {
         path.to_owned()
     };
-    let text = fs::read_to_string(&path).map_err(|source| ResultsError::Io {
+    let text = fs::read_to_string(&path).map_err(|source| ResultsError::Unreadable {
         path: path.clone(),
         source,
     })?;
@@ -301,7 +309,7 @@ mod tests {
         ));
         assert!(matches!(
             read_results(&dir.path().join("none")),
-            Err(ResultsError::Io { .. })
+            Err(ResultsError::Unreadable { .. })
         ));
     }
 

@@ -1,23 +1,21 @@
 //! `bench`: measures what was asked for, and writes it.
 
+mod subjects;
+
 use crate::cli::BenchArgs;
-use crate::compare::{Verdict, compare, to_table as comparison_table};
+use crate::compare::{Verdict, compare, refuse_strangers, to_table as comparison_table};
 use crate::frames::write_frames;
 use crate::interrupt::Interrupt;
 use crate::measure::Budget;
 use crate::progress::Progress;
 use crate::results::{RESULTS_JSON, check_writable, read_results, write_atomically, write_results};
 use crate::row::Row;
-use crate::scenario::{
-    Measurement, Meter, Selection, batch, batch_gpu, chain, chunks, error_table, gpu, joints,
-    loops, meshes, model, needs, queries, scaling,
-};
+use crate::scenario::{Measurement, Meter, gpu, meshes};
 use crate::table::to_table;
-use anyhow::Context;
 use std::path::Path;
-use vertebra::assembly::urdf;
+use subjects::Subjects;
 use vertebra::collision::gpu::{MeshPair, Processor};
-use vertebra::{PlyPart, Pose, TriangleMesh, write_ply};
+use vertebra::{PlyPart, Pose, write_ply};
 use vertebra_gpu::Device;
 
 /// How a command ended that ran through.
@@ -50,6 +48,12 @@ impl Outcome {
 /// If an input cannot be read, the results cannot be written, or nothing at all was measured: then
 /// the first error there was.
 pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
+    arguments.check()?;
+    let has_meshes = arguments.wants(meshes::NAME) || arguments.mesh_a.is_some();
+    anyhow::ensure!(
+        arguments.hits.is_none() || has_meshes,
+        "--hits: no meshes are measured; add the scenario `collision`, or --mesh-a and --mesh-b"
+    );
     let old = match &arguments.compare {
         Some(path) => Some(read_results(path)?),
         None => None,
@@ -92,7 +96,7 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     }
     let mut failures: Vec<String> = failures
         .iter()
-        .map(|(label, error)| format!("not measured: {label}: {error:#}"))
+        .map(|(label, error)| format!("not measured: {label}: {}", whole(error)))
         .collect();
     println!("{}", to_table(&rows));
     for path in write_results(arguments.folder(), &rows)? {
@@ -105,6 +109,11 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     if let Some(old) = old {
         let verdicts = compare(&old, &rows);
         println!("{}", comparison_table(&verdicts));
+        failures.extend(
+            refuse_strangers(&verdicts)
+                .err()
+                .map(|error| error.to_string()),
+        );
         worse = verdicts.iter().any(Verdict::is_regression);
     }
     for failure in &failures {
@@ -117,156 +126,39 @@ pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     Ok(Outcome::of(failures.is_empty() && !regression))
 }
 
+/// An error and its causes, each said once: some messages have their cause in them already.
+#[must_use]
+pub fn whole(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
 /// Writes the files of `--hits` and `--frames`; what went wrong, a line each.
 fn write_further(arguments: &BenchArgs, subjects: &Subjects, interrupt: &Interrupt) -> Vec<String> {
     let mut failures = Vec::new();
     if let Some(path) = &arguments.hits {
-        let written = subjects
-            .meshes
-            .last()
-            .context("no meshes are measured: add `collision`, or --mesh-a and --mesh-b")
-            .and_then(|subject| {
-                let device = subjects.device.as_ref().map(gpu::Subject::device);
-                write_hits(path, subject, device)
-            });
-        failures.extend(written.err().map(|error| format!("--hits: {error:#}")));
+        let device = subjects.device.as_ref().map(gpu::Subject::device);
+        let meshes = subjects.meshes.last();
+        let written = meshes.map(|subject| write_hits(path, subject, device));
+        let failed = written.and_then(Result::err);
+        failures.extend(failed.map(|error| format!("--hits: {}", whole(&error))));
     }
     if let Some(path) = &arguments.frames {
         let written = write_frames(path, subjects.models.first(), interrupt);
-        failures.extend(written.err().map(|error| format!("--frames: {error:#}")));
+        failures.extend(
+            written
+                .err()
+                .map(|error| format!("--frames: {}", whole(&error))),
+        );
     }
     failures
-}
-
-/// Everything that is measured.
-struct Subjects {
-    models: Vec<model::Subject>,
-    needs: Vec<model::Subject>,
-    lengths: Option<chunks::Subject>,
-    joints: Option<joints::Subject>,
-    batches: Vec<batch::Subject>,
-    loops: Vec<loops::Subject>,
-    gpu_batches: Option<batch_gpu::Subject>,
-    meshes: Vec<meshes::Subject>,
-    queries: Option<queries::Subject>,
-    error_lists: Vec<error_table::Subject>,
-    spheres: Vec<scaling::Subject>,
-    gpu: Option<gpu::Subject>,
-    /// Whether rows of the CPU are wanted.
-    on_cpu: bool,
-    /// The GPU on which models are measured too.
-    device: Option<gpu::Subject>,
-}
-
-impl Subjects {
-    /// What is asked for.
-    fn of(arguments: &BenchArgs) -> anyhow::Result<Self> {
-        let selection = arguments.selection();
-        Ok(Self {
-            models: models(arguments)?,
-            needs: if arguments.wants(needs::NAME) && arguments.wants_backend("cpu") {
-                needs::subjects(&selection)?
-            } else {
-                Vec::new()
-            },
-            lengths: if arguments.wants(chunks::NAME) {
-                Some(chunks::Subject::new(arguments.seed)?)
-            } else {
-                None
-            },
-            joints: if arguments.wants(joints::NAME) && arguments.wants_backend("cpu") {
-                Some(joints::Subject::new(arguments.seed)?)
-            } else {
-                None
-            },
-            batches: if arguments.wants(batch::NAME) && arguments.wants_backend("cpu") {
-                batch::subjects(&selection)?
-            } else {
-                Vec::new()
-            },
-            loops: if arguments.wants(loops::NAME) && arguments.wants_backend("cpu") {
-                loops::subjects(&selection)?
-            } else {
-                Vec::new()
-            },
-            gpu_batches: if arguments.wants(batch::NAME) && arguments.wants_backend("gpu") {
-                batch_gpu::Subject::find(!arguments.backend.is_empty(), &selection)?
-            } else {
-                None
-            },
-            meshes: mesh_pairs(arguments)?,
-            queries: if arguments.wants(queries::NAME) {
-                Some(queries::Subject::new(&selection)?)
-            } else {
-                None
-            },
-            error_lists: if arguments.wants(error_table::NAME) {
-                error_table::subjects(&selection)?
-            } else {
-                Vec::new()
-            },
-            spheres: if arguments.wants(scaling::NAME) {
-                scaling::subjects(&selection)
-            } else {
-                Vec::new()
-            },
-            gpu: if arguments.wants(gpu::NAME) {
-                gpu::Subject::find(arguments.scenarios.iter().any(|name| name == gpu::NAME))?
-            } else {
-                None
-            },
-            on_cpu: arguments.wants_backend("cpu"),
-            device: if arguments.wants_backend("gpu") {
-                gpu::Subject::find(!arguments.backend.is_empty())?
-            } else {
-                None
-            },
-        })
-    }
-
-    fn measurements(&self, selection: &Selection) -> Vec<Measurement<'_>> {
-        let mut list = Vec::new();
-        for subject in &self.models {
-            if self.on_cpu {
-                list.extend(subject.measurements(selection));
-            }
-            if let Some(gpu) = &self.device {
-                list.extend(gpu::chains::measurements(subject, gpu.device(), selection));
-            }
-        }
-        list.extend(needs::measurements(&self.needs, selection));
-        if let Some(subject) = &self.lengths {
-            list.extend(subject.measurements(selection));
-        }
-        if let Some(subject) = &self.joints {
-            list.extend(subject.measurements(selection));
-        }
-        for subject in &self.batches {
-            list.extend(subject.measurements(selection));
-        }
-        for subject in &self.loops {
-            list.extend(subject.measurements(selection));
-        }
-        if let Some(subject) = &self.gpu_batches {
-            list.extend(subject.measurements(selection));
-        }
-        for subject in &self.meshes {
-            list.extend(subject.measurements(selection));
-        }
-        if let Some(subject) = &self.queries {
-            list.extend(subject.measurements(selection));
-        }
-        for subject in &self.error_lists {
-            list.extend(subject.measurements(selection));
-        }
-        for subject in &self.spheres {
-            list.extend(subject.measurements(selection));
-        }
-        if let Some(subject) = &self.gpu {
-            list.extend(subject.measurements(selection));
-        }
-        list
-    }
 }
 
 /// What came of a list of measurements.
@@ -306,98 +198,6 @@ fn measure_all(list: Vec<Measurement<'_>>, meter: &Meter) -> Measured {
     }
     progress.finish();
     Measured { rows, failures }
-}
-
-fn models(arguments: &BenchArgs) -> anyhow::Result<Vec<model::Subject>> {
-    let mut subjects = Vec::new();
-    if let Some(path) = &arguments.model {
-        let mut options = urdf::Options::default();
-        options.floating_base = arguments.floating_base;
-        let robot = urdf::read(path, &options)?;
-        print_robot(&robot);
-        let name = format!("model {}", robot.model.name());
-        // What is in its joints is left out: other programs' rows have none of it either.
-        subjects.push(model::Subject::new(
-            &name,
-            robot.model.bare(),
-            arguments.seed,
-        ));
-    }
-    if arguments.wants(chain::NAME) {
-        subjects.extend(chain::subjects(&arguments.selection())?);
-    }
-    Ok(subjects)
-}
-
-/// Says what was read, what of it has no effect, and what of it is doubtful.
-fn print_robot(robot: &urdf::Robot) {
-    let model = &robot.model;
-    println!(
-        "{}: {} bodies, {} degrees of freedom, {} named frames",
-        model.name(),
-        model.bodies().len(),
-        model.dof_count(),
-        model.frames().len()
-    );
-    for item in model.not_simulated() {
-        println!("  {item}");
-    }
-    for item in &robot.ignored {
-        println!("  {item}");
-    }
-    for item in &robot.doubtful {
-        println!("  {item}");
-    }
-    let in_world = model.frames().iter().filter(|frame| frame.body.is_none());
-    let fixed: Vec<&str> = in_world.map(|frame| frame.name.as_str()).collect();
-    if !fixed.is_empty() {
-        println!(
-            "  fixed to the world, where their mass has no effect: {}",
-            fixed.join(", ")
-        );
-    }
-}
-
-fn mesh_pairs(arguments: &BenchArgs) -> anyhow::Result<Vec<meshes::Subject>> {
-    let mut subjects = Vec::new();
-    if arguments.wants(meshes::NAME) {
-        subjects.extend(meshes::subjects()?);
-    }
-    if let (Some(a), Some(b)) = (&arguments.mesh_a, &arguments.mesh_b) {
-        subjects.push(meshes::Subject::new(
-            &format!("{} x {}", file_stem(a), file_stem(b)),
-            read_mesh(a)?,
-            read_mesh(b)?,
-            arguments.pose_b.unwrap_or(Pose::IDENTITY),
-        ));
-    }
-    Ok(subjects)
-}
-
-fn read_mesh(path: &Path) -> anyhow::Result<TriangleMesh> {
-    let mesh = TriangleMesh::read(path)?;
-    let flat = mesh.zero_area();
-    println!("{}: {} triangles", path.display(), mesh.len());
-    if !flat.is_empty() {
-        println!(
-            "  {} of them have no area and are treated as the segments or points they are: {}{}",
-            flat.len(),
-            flat.iter()
-                .take(8)
-                .map(u32::to_string)
-                .collect::<Vec<_>>()
-                .join(", "),
-            if flat.len() > 8 { ", ..." } else { "" }
-        );
-    }
-    Ok(mesh)
-}
-
-fn file_stem(path: &Path) -> String {
-    path.file_stem().map_or_else(
-        || "mesh".to_owned(),
-        |stem| stem.to_string_lossy().into_owned(),
-    )
 }
 
 /// Colours as the source's figures have them: what collides red and green, the rest white and blue. Found on the GPU if
@@ -479,6 +279,18 @@ mod tests {
         assert_eq!(labels, ["refusing", "not a number"]);
         assert_eq!(failures[0].1.to_string(), "a singular matrix");
         assert!(failures[1].1.to_string().contains("error_forward"));
+    }
+
+    #[test]
+    fn a_cause_is_said_once() {
+        let inner = anyhow::anyhow!("no such file");
+        let error = inner
+            .context("a.json: no such file; correct the path")
+            .context("reading");
+        assert_eq!(
+            whole(&error),
+            "reading: a.json: no such file; correct the path"
+        );
     }
 
     #[test]

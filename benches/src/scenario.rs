@@ -14,6 +14,7 @@ pub mod error_inputs;
 pub mod error_table;
 pub mod gpu;
 pub mod joints;
+pub mod joints_gpu;
 pub mod loops;
 pub mod meshes;
 pub mod model;

@@ -8,6 +8,7 @@
 pub mod gold_chains;
 pub mod gold_meshes;
 pub mod gold_robots;
+pub mod gold_urdf;
 pub mod gpu;
 pub mod loops;
 pub mod seeds;
@@ -74,6 +75,12 @@ pub const DYNAMICS: &[DynamicsCheck] = &[
         applies: |_| true,
     },
     DynamicsCheck {
+        name: "gold_urdf",
+        run: gold_urdf::joint_accelerations,
+        // Masses over seven decades leave single precision nothing to compare.
+        applies: |solver| solver.precision() != vertebra::Precision::F32,
+    },
+    DynamicsCheck {
         name: "joint_torque_residual",
         run: trees::joint_torque_residual,
         applies: |_| true,
@@ -93,6 +100,7 @@ pub const DYNAMICS: &[DynamicsCheck] = &[
 /// The other checks, by name.
 pub const OTHERS: &[(&str, Check)] = &[
     ("robot_quantities", gold_robots::quantities),
+    ("urdf_quantities", gold_urdf::quantities),
     ("aba_against_crba", trees::aba_against_crba),
     ("forward_errors", seeds::forward_errors),
     ("mesh_pairs", gold_meshes::pairs),

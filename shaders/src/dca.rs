@@ -3,11 +3,13 @@
 //! Kernels of one group have one list of bindings: those of motion (`turn_*`, `place_*`) write poses,
 //! those of dynamics read forces and work on nodes.
 
+pub mod loops;
+
 use bytemuck::{Pod, Zeroable};
 use vertebra_gpu::{Binding, Kernel};
 
 use crate::Precision;
-use crate::parts::{CHOLESKY, JOINT, ROTATION, SPATIAL};
+use crate::parts::{CHOLESKY, ELEMENTS, JOINT, ROTATION, ROTATION_LOG, SPATIAL};
 
 /// Numbers of everything, and where tables start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -49,6 +51,8 @@ pub struct Sizes {
     pub rake_words: u32,
     /// Metres in the model's unit of length.
     pub length: f32,
+    /// First number of the forces that says what pushes bodies.
+    pub pushes: u32,
 }
 
 /// What a dispatch works on: chunks a lane each, or several rounds of the tree.
@@ -67,6 +71,9 @@ pub struct Layer {
     pub stage: u32,
     /// 0 for a solution, then the number of the correction.
     pub sweep: u32,
+    /// Which solution of a step it is that is implicit in what acts in joints, from 1 to [`MOST_ATTEMPTS`]; 0
+    /// where that acts as it does now.
+    pub attempt: u32,
 }
 
 /// What becomes of the state before its rotations are computed.
@@ -113,6 +120,16 @@ pub mod item {
     /// A chunk of the first round, in kinematics.
     pub const LEADING: u32 = 2;
 }
+
+/// Solutions of a step at most that find out on which parts laws of elements are.
+pub const MOST_ATTEMPTS: u32 = 12;
+
+/// Numbers of a freedom among the forces where elements act: the joint force, inertia of its own, and of a motor
+/// its force at position and rate zero, the position it strives for, its gains, and its limit.
+pub const DRIVEN_NUMBERS: usize = 7;
+
+/// Sums of work that are kept of each freedom: of motors, springs, dampers, friction and stops.
+pub const WORKS: usize = 5;
 
 /// Words of a join in a table of rounds.
 pub const RECORD: u32 = 8;
@@ -196,6 +213,10 @@ pub struct Dca {
     pub leaves: bool,
     /// Whether joints have several freedoms.
     pub several: bool,
+    /// Whether anything acts in joints but the forces given.
+    pub elements: bool,
+    /// Whether joints are screws.
+    pub screws: bool,
     /// Whether solutions are corrected.
     pub refined: bool,
 }
@@ -214,6 +235,8 @@ impl Dca {
             tree,
             leaves: true,
             several: true,
+            elements: true,
+            screws: true,
             refined: false,
         }
     }
@@ -299,15 +322,20 @@ impl Dca {
 
     /// Kernels of every kind, of all there is and of the least, with what they are.
     pub(crate) fn all() -> Vec<(String, Kernel)> {
-        let both = |dca: Self| {
+        let contents = |dca: Self| {
+            let bare = Self {
+                elements: false,
+                screws: false,
+                ..dca
+            };
             let least = Self {
                 leaves: false,
                 several: false,
-                ..dca
+                ..bare
             };
-            [dca, least]
+            [dca, bare, least]
         };
-        let choices = Self::ALL.into_iter().flat_map(both);
+        let choices = Self::ALL.into_iter().flat_map(contents);
         let refined = |dca: Self| {
             let is_precise = dca.chunks == Precision::F64;
             let refined = is_precise.then_some(Self {
@@ -334,6 +362,7 @@ impl Dca {
             ]);
         } else {
             kernels.extend([self.turn_parts(), self.place_chunks()]);
+            kernels.extend(self.loop_kernels());
             let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
             kernels.extend(advances.map(|advance| self.work_parts(advance)));
         }
@@ -342,10 +371,15 @@ impl Dca {
                 chunks,
                 tree,
                 leaves,
+                elements,
                 refined,
                 ..
             } = self;
-            let content = if leaves { "all" } else { "least" };
+            let content = match (elements, leaves) {
+                (true, _) => "all",
+                (false, true) => "bare",
+                (false, false) => "least",
+            };
             let kept = if refined { " refined" } else { "" };
             let name = format!(
                 "{} {chunks:?} {tree:?} {content}{kept} {number}",
@@ -367,6 +401,13 @@ impl Dca {
     fn motion(self, name: &'static str, lanes: u32) -> Kernel {
         let kernel = Kernel::new(name, MOTION_PARTS, MOTION, [lanes, 1, 1]);
         let kernel = self.precise(kernel, self.chunks);
+        let works = if self.elements {
+            part!("works")
+        } else {
+            part!("works_none")
+        };
+        let parts = [works, self.pitch(), part!("attempts_none")];
+        let kernel = parts.into_iter().fold(kernel, Kernel::with);
         kernel.stride("poses", 4 * self.chunks.bytes())
     }
 
@@ -378,8 +419,15 @@ impl Dca {
         } else {
             part!("keep_none")
         };
-        kernel
+        let attempts = if self.elements {
+            part!("attempts")
+        } else {
+            part!("attempts_none")
+        };
+        self.sharing(kernel, 0)
             .with(keep)
+            .with(attempts)
+            .with(self.pitch())
             .stride("forces", self.chunks.bytes())
             .stride("nodes", 4 * self.tree.bytes())
     }
@@ -400,18 +448,47 @@ impl Dca {
         } else {
             part!("several_none")
         };
+        let screws = if self.screws {
+            part!("screws")
+        } else {
+            part!("screws_none")
+        };
         let parts = [part!("chunk"), part!("respond"), part!("advance")];
-        let parts = parts.into_iter().chain([epsilon, leaf, several]);
-        parts.fold(kernel, Kernel::with)
+        let parts = parts.into_iter().chain([epsilon, leaf, several, screws]);
+        let kernel = parts.fold(kernel, Kernel::with);
+        if !self.elements {
+            return kernel.with(part!("loads_none")).with(part!("settle_none"));
+        }
+        let parts = [ROTATION_LOG, ELEMENTS, part!("loads"), part!("settle")];
+        parts
+            .into_iter()
+            .fold(kernel, Kernel::with)
+            .constant("SOLVED_TO", self.tree.epsilon())
+            .constant("FIRMNESS", 0.1 / self.tree.epsilon().sqrt())
+            .constant("MOST_ATTEMPTS", MOST_ATTEMPTS)
+    }
+
+    /// What pitches screws have.
+    const fn pitch(self) -> &'static str {
+        if self.screws {
+            part!("pitch")
+        } else {
+            part!("pitch_none")
+        }
+    }
+
+    /// With so much workgroup memory \[bytes\], and what attempts share.
+    const fn sharing(self, kernel: Kernel, bytes: u32) -> Kernel {
+        let attempts = if self.elements { 4 } else { 0 };
+        kernel.workgroup_memory_of(bytes + attempts)
     }
 
     /// Rounds whose joins are put together.
     fn joining(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
         let joins = lanes / TEAM;
-        self.teams(name, precision, lanes)
-            .with(part!("join_team"))
-            .constant("COARSER", self.coarser())
-            .workgroup_memory_of(joins * JOIN_MEMORY * precision.bytes())
+        let kernel = self.teams(name, precision, lanes).with(part!("join_team"));
+        let kernel = kernel.constant("COARSER", self.coarser());
+        self.sharing(kernel, joins * JOIN_MEMORY * precision.bytes())
     }
 
     /// Rounds whose joins are corrected.

@@ -11,6 +11,13 @@ pub const CHOLESKY: &str = include_str!("../wgsl/shared/cholesky.wgsl");
 /// Quaternions. Needs [`SPATIAL`] and [`Precision::trigonometry`].
 pub const ROTATION: &str = include_str!("../wgsl/shared/rotation.wgsl");
 
+/// The rotation vector of a quaternion. Needs [`ROTATION`].
+pub const ROTATION_LOG: &str = include_str!("../wgsl/shared/rotation_log.wgsl");
+
+/// What acts in joints: springs, dampers, rotors, friction, stops, motors. Needs [`ROTATION_LOG`] and the
+/// rounding of solutions, `SOLVED_TO`, and `FIRMNESS`.
+pub const ELEMENTS: &str = include_str!("../wgsl/shared/elements.wgsl");
+
 /// Kinds of joints and their velocity products. Needs [`SPATIAL`].
 pub const JOINT: &str = include_str!("../wgsl/shared/joint.wgsl");
 

@@ -1,11 +1,11 @@
 //! The errors of one solver over the seeds of one case.
 
 use super::case::{Case, Problem};
-use crate::suite::solver::{Aba, Dca, Refined, Solver, ToTolerance};
+use super::solvers::{Measured, Solvers};
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use vertebra::{Precision, Workspace, aba, forward_error};
+use vertebra::{Error, Precision, Workspace, aba, forward_error};
 
 /// The forward errors of one solver on one case and size: max |qdd - ref| / max |ref| of each seed,
 /// against the articulated-body algorithm in the reference precision.
@@ -38,10 +38,13 @@ pub struct Entry {
     pub p99: Option<f64>,
     /// Largest error.
     pub max: Option<f64>,
+    /// Name, interface and driver of a GPU; empty of a processor.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub device: String,
 }
 
 /// The columns of an entry, in the order of its fields.
-pub(super) const COLUMNS: [&str; 11] = [
+pub(super) const COLUMNS: [&str; 12] = [
     "shape",
     "pattern",
     "bodies",
@@ -53,6 +56,7 @@ pub(super) const COLUMNS: [&str; 11] = [
     "p95",
     "p99",
     "max",
+    "device",
 ];
 
 impl Entry {
@@ -74,41 +78,29 @@ pub const TOLERANCE: f64 = 1e-10;
 /// Name of the method that is asked for it.
 pub const TOLERANCE_METHOD: &str = "to 1e-10";
 
-/// A solver and the name of its precision.
-type Measured = (&'static str, Box<dyn Solver>);
-
-/// The solvers whose errors are measured.
-fn solvers() -> [Measured; 9] {
-    use Precision::{F32, F64};
-    [
-        ("f64", Box::new(Aba(F64))),
-        ("f32", Box::new(Aba(F32))),
-        ("f64", Box::new(Dca::new("dca", F64, F64))),
-        ("f64/f32", Box::new(Dca::new("dca", F64, F32))),
-        ("f32", Box::new(Dca::new("dca", F32, F32))),
-        ("f64", Box::new(Refined::aba("aba+1", 1))),
-        ("f64/f32", Box::new(Refined::dca("dca+1", F64, F32, 1))),
-        ("f64/f32", Box::new(Refined::dca("dca+2", F64, F32, 2))),
-        ("any", Box::new(ToTolerance(TOLERANCE_METHOD, TOLERANCE))),
-    ]
-}
-
-/// The entries of every solver on one case and size, over seeds from 0. The seeds are shared out
-/// among the threads of the current rayon pool.
+/// The entries of every solver on one case and size, over seeds from 0. The first seed is solved alone, so that
+/// kernels of a GPU are compiled once; the others are shared out among the threads of the current rayon pool.
 ///
 /// # Errors
-/// If a problem cannot be made, or has no solution in the reference precision.
-pub fn measure(case: &Case, bodies: usize, seeds: u32) -> anyhow::Result<Vec<Entry>> {
-    let solvers = solvers();
-    let of_seeds: Vec<Vec<Option<f64>>> = (0..seeds)
-        .into_par_iter()
-        .map(|seed| errors(case, bodies, seed, &solvers))
+/// If a problem cannot be made, or has no solution in the reference precision, or a GPU fails.
+pub fn measure(
+    solvers: &Solvers,
+    case: &Case,
+    bodies: usize,
+    seeds: u32,
+) -> anyhow::Result<Vec<Entry>> {
+    let errors_of = |seed| errors(case, bodies, seed, &solvers.list);
+    let mut of_seeds: Vec<Vec<Option<f64>>> = (0..seeds.min(1))
+        .map(errors_of)
         .collect::<anyhow::Result<_>>()?;
+    let others = (1..seeds).into_par_iter().map(errors_of);
+    of_seeds.extend(others.collect::<anyhow::Result<Vec<_>>>()?);
     let entry = |(index, (precision, solver)): (usize, &Measured)| {
         let errors = of_seeds.iter().filter_map(|errors| errors[index]).collect();
-        entry(case, bodies, seeds, (solver.method(), precision), errors)
+        let named = (solver.method(), *precision, solvers.device.as_str());
+        entry(case, bodies, seeds, named, errors)
     };
-    Ok(solvers.iter().enumerate().map(entry).collect())
+    Ok(solvers.list.iter().enumerate().map(entry).collect())
 }
 
 /// The error of each solver on one problem; none where it refuses.
@@ -130,6 +122,8 @@ fn errors(
         .iter()
         .map(|(_, solver)| match solver.solve(&model, &state, &forces) {
             Ok(qdd) => Ok(Some(forward_error(&qdd, &reference)?)),
+            // No answer of the solver's.
+            Err(error @ Error::Gpu(_)) => Err(error).with_context(label),
             Err(_) => Ok(None),
         })
         .collect()
@@ -140,7 +134,7 @@ fn entry(
     case: &Case,
     bodies: usize,
     seeds: u32,
-    (method, precision): (&str, &str),
+    (method, precision, device): (&str, &str, &str),
     mut errors: Vec<f64>,
 ) -> Entry {
     errors.sort_by(f64::total_cmp);
@@ -157,6 +151,7 @@ fn entry(
         p95: percentile(&errors, 95),
         p99: percentile(&errors, 99),
         max: errors.last().copied(),
+        device: device.to_owned(),
     }
 }
 
@@ -182,13 +177,13 @@ mod tests {
 
     #[test]
     fn refusals_are_counted_and_left_out() {
-        let case = Case::all()[0];
-        let some = entry(&case, 3, 5, ("aba", "f64"), vec![3.0, 1.0, 2.0]);
+        let case = &Case::all()[0];
+        let some = entry(case, 3, 5, ("aba", "f64", ""), vec![3.0, 1.0, 2.0]);
         assert_eq!(
             (some.refused, some.median, some.max),
             (2, Some(2.0), Some(3.0))
         );
-        let none = entry(&case, 3, 5, ("aba", "f64"), Vec::new());
+        let none = entry(case, 3, 5, ("aba", "f64", ""), Vec::new());
         assert_eq!((none.refused, none.median, none.max), (5, None, None));
     }
 
@@ -199,7 +194,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             pool.build()
                 .unwrap()
-                .install(|| measure(case, 20, 9))
+                .install(|| measure(&Solvers::on_cpu(), case, 20, 9))
                 .unwrap()
         };
         assert_eq!(with(1), with(3));
@@ -207,7 +202,7 @@ mod tests {
 
     #[test]
     fn columns_are_the_fields() {
-        let entry = entry(&Case::all()[0], 3, 1, ("aba", "f64"), vec![1.0]);
+        let entry = entry(&Case::all()[0], 3, 1, ("aba", "f64", "a GPU"), vec![1.0]);
         let value = serde_json::to_value(entry).unwrap();
         let fields = value.as_object().unwrap();
         assert_eq!(fields.len(), COLUMNS.len());

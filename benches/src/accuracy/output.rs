@@ -60,8 +60,20 @@ fn tables(entries: &[Entry]) -> Vec<(String, Grid)> {
     methods.into_iter().map(table).collect()
 }
 
+/// Where they were measured, if that makes a difference.
+fn device(entries: &[Entry]) -> Option<&str> {
+    let named = |entry: &&Entry| !entry.device.is_empty();
+    entries
+        .iter()
+        .find(named)
+        .map(|entry| entry.device.as_str())
+}
+
 /// Prints the tables.
 pub(super) fn print(entries: &[Entry]) {
+    if let Some(device) = device(entries) {
+        println!("on {device}\n");
+    }
     for (title, grid) in tables(entries) {
         println!("{title}\n{}\n", grid.terminal());
     }
@@ -94,6 +106,9 @@ pub(super) fn write(dir: &Path, entries: &[Entry]) -> Result<Vec<PathBuf>, Resul
     let csv = csv::lines(&COLUMNS, entries).map_err(json_error)?;
     let pictures = pictures::of(entries);
     let mut markdown = INTRODUCTION.to_owned();
+    if let Some(device) = device(entries) {
+        markdown.push_str(&format!("\nMeasured on {device}.\n"));
+    }
     for picture in &pictures {
         let link = format!("\n![{}]({})\n", picture.title(), picture.svg_path());
         markdown.push_str(&link);
@@ -119,11 +134,11 @@ pub(super) fn write(dir: &Path, entries: &[Entry]) -> Result<Vec<PathBuf>, Resul
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accuracy::{case::Case, entry, parse};
+    use crate::accuracy::{Solvers, case::Case, entry, parse};
 
     #[test]
     fn entries_come_back_from_their_file() {
-        let entries = entry::measure(&Case::all()[0], 5, 3).unwrap();
+        let entries = entry::measure(&Solvers::on_cpu(), &Case::all()[0], 5, 3).unwrap();
         let dir = tempfile::tempdir().unwrap();
         let written = write(dir.path(), &entries).unwrap();
         let read = |index: usize| std::fs::read_to_string(&written[index]).unwrap();

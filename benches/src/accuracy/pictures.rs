@@ -146,6 +146,7 @@ fn largest_common(entries: &[Entry]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::accuracy::Solvers;
     use crate::accuracy::case::Case;
     use crate::accuracy::entry::measure;
 
@@ -163,7 +164,8 @@ mod tests {
         let mut entries = Vec::new();
         for name in ["chain, equal", "chain, alternating 1e2"] {
             for bodies in [3, 6] {
-                entries.extend(measure(&named(name).unwrap(), bodies, 3).unwrap());
+                let case = named(name).unwrap();
+                entries.extend(measure(&Solvers::on_cpu(), &case, bodies, 3).unwrap());
             }
         }
         let plots = of(&entries);

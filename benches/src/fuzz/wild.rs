@@ -4,8 +4,8 @@ use core::f64::consts::FRAC_PI_2;
 
 use vertebra::glam::{DMat3, DQuat, DVec3};
 use vertebra::{
-    Error, Forces, Joint, JointKind, MassProperties, Model, ModelDescription, Pose, Random, State,
-    Wrench,
+    Error, Forces, Joint, JointKind, MassProperties, Model, ModelDescription, Pose, Precision,
+    Random, State, Workspace, Wrench, rnea,
 };
 
 /// Bodies at most.
@@ -42,8 +42,15 @@ impl Case {
     pub(super) fn new(seed: u64, number: u64) -> Result<Self, Error> {
         let mut random = Random::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number);
         let model = model(&mut random)?;
-        let state = state(&model, &mut random);
-        let forces = forces(&model, &mut random);
+        let mut state = state(&model, &mut random);
+        let mut forces = forces(&model, &mut random);
+        // Some are held at rest, where loads balance and there is next to no acceleration.
+        if number.is_multiple_of(8) {
+            state.qd.fill(0.0);
+            if let Ok(held) = holding(&model, &state) {
+                forces = held;
+            }
+        }
         let scale = wide(&mut random, 12.0);
         let qdd = (0..model.dof_count())
             .map(|_| random.symmetric() * scale)
@@ -201,6 +208,16 @@ fn state(model: &Model, random: &mut Random) -> State {
         }
     }
     state
+}
+
+/// The joint forces that leave a state without acceleration, but for rounding.
+fn holding(model: &Model, state: &State) -> Result<Forces, Error> {
+    let mut workspace = Workspace::new(model, Precision::F64);
+    let mut forces = Forces::none(model);
+    let still = vec![0.0; model.dof_count()];
+    let held = rnea(model, state, &still, &forces, &mut workspace)?;
+    forces.joint = held.to_vec();
+    Ok(forces)
 }
 
 fn forces(model: &Model, random: &mut Random) -> Forces {

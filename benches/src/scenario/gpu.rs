@@ -4,6 +4,7 @@
 mod bare;
 pub(crate) mod chains;
 mod collision;
+pub(crate) mod loops;
 mod rows;
 
 use super::{Measurement, Meter, Selection, error_table, meshes};

@@ -1,5 +1,5 @@
-//! The scenario `joints`: steps of a chain with and without springs and dampers in its joints, and the time
-//! it takes to cut a model in two while it moves.
+//! The scenario `joints`: steps of a chain with nothing, with springs and dampers, and with friction and stops in its
+//! joints, and the time it takes to cut a model in two while it moves.
 
 use super::{Measurement, Meter, Selection};
 use crate::row::Row;
@@ -7,21 +7,21 @@ use crate::suite::worst_of;
 use vertebra::generate::{self, Rod};
 use vertebra::schedule::{Schedule, ScheduleOptions};
 use vertebra::{
-    BodyId, Elements, Forces, Model, Precision, Simulation, Spring, State, Workspace, aba,
-    forward_error, forward_kinematics,
+    BodyId, Elements, Forces, JointLimits, Model, Precision, Simulation, Spring, State, Workspace,
+    aba, forward_error, forward_kinematics,
 };
 
 /// Name of the scenario on the command line.
 pub const NAME: &str = "joints";
 
 /// Bodies of the chain that takes steps.
-const CHAIN: usize = 2048;
+pub(super) const CHAIN: usize = 2048;
 
 /// Bodies of the models that are cut.
 const CUT: usize = 100_000;
 
 /// Time step \[s\].
-const STEP: f64 = 1e-4;
+pub(super) const STEP: f64 = 1e-4;
 
 /// Steps after which a run starts anew: without damping a chain of random rates is soon too fast.
 const STEPS: u32 = 100;
@@ -31,6 +31,7 @@ const STEPS: u32 = 100;
 pub struct Subject {
     bare: Model,
     sprung: Model,
+    rough: Model,
     cut: [(&'static str, Model); 2],
     seed: u64,
 }
@@ -48,22 +49,44 @@ impl Subject {
             body.joint.damping = 0.1;
             body.joint.spring = Some(Spring::at(10.0, 0.0));
         }
+        let sprung = description.clone().build()?;
+        for body in &mut description.bodies {
+            body.joint.friction = 0.05;
+            body.joint.limits = Some(JointLimits {
+                position: Some([-3.0, 3.0]),
+                ..JointLimits::default()
+            });
+        }
         Ok(Self {
-            sprung: description.build()?,
+            sprung,
+            rough: description.build()?,
             cut: [
                 ("chain", generate::random_chain(CUT, &rod, seed)?),
-                ("binary tree", generate::tree(CUT, 2, &rod)?),
+                ("tree", generate::tree(CUT, 2, &rod)?),
             ],
             bare,
             seed,
         })
     }
 
+    /// The chains that take steps.
+    pub(super) fn chains(&self) -> [(&'static str, &Model); 3] {
+        [
+            ("step-bare", &self.bare),
+            ("step-elements", &self.sprung),
+            ("step-rough", &self.rough),
+        ]
+    }
+
+    pub(super) const fn seed(&self) -> u64 {
+        self.seed
+    }
+
     /// The rows asked for.
     #[must_use]
     pub fn measurements<'a>(&'a self, selection: &Selection) -> Vec<Measurement<'a>> {
         let mut list = Vec::new();
-        for (method, model) in [("step-bare", &self.bare), ("step-elements", &self.sprung)] {
+        for (method, model) in self.chains() {
             if selection.wants(method) {
                 let label = format!("chain of {CHAIN}: {method}");
                 list.push(Measurement::new(label, move |meter| {
@@ -71,8 +94,8 @@ impl Subject {
                 }));
             }
         }
-        if selection.wants("cut") {
-            for (shape, model) in &self.cut {
+        for (shape, model) in &self.cut {
+            if selection.wants(&format!("cut-{shape}")) {
                 let label = format!("{shape} of {CUT}: cut");
                 list.push(Measurement::new(label, move |meter| {
                     self.cut(meter, shape, model)
@@ -140,8 +163,15 @@ impl Subject {
         let timing = meter.time(cut)?;
         Ok(timing.map(|timing| Row {
             error_forward: Some(moved / extent),
-            note: format!("{shape}; a new model, its state and its assembly tree"),
-            ..Row::new(NAME, "cut", "f64", CUT as u64, "bodies", &timing)
+            note: "a new model, its state and its assembly tree".to_owned(),
+            ..Row::new(
+                NAME,
+                &format!("cut-{shape}"),
+                "f64",
+                CUT as u64,
+                "bodies",
+                &timing,
+            )
         }))
     }
 }

@@ -3,7 +3,10 @@
 use super::{Measurement, Meter, Selection};
 use crate::row::Row;
 use crate::suite::worst_of;
-use vertebra::{Error, JointKind, Model, Precision, Rest, Simulation, Spring, State, mechanism};
+use vertebra::{
+    Error, JointKind, Model, ModelDescription, Precision, Rest, Simulation, Spring, State,
+    mechanism,
+};
 
 /// Name of the group of scenarios.
 pub const NAME: &str = "loops";
@@ -12,16 +15,19 @@ pub const NAME: &str = "loops";
 pub const STEP: f64 = 1e-3;
 
 /// Steps after which the violation is measured, taken before the clock starts.
-const STEPS: usize = 2000;
+pub(super) const STEPS: usize = 2000;
 
 /// Steps from the first state before a timed run begins there again.
-const RUN: usize = 512;
+pub(super) const RUN: usize = 512;
+
+/// Linkages that have nothing to do with each other.
+const MANY: usize = 512;
 
 /// A mechanism and the state it starts from.
 #[derive(Clone, Debug)]
 pub struct Subject {
-    model: Model,
-    start: State,
+    pub(super) model: Model,
+    pub(super) start: State,
 }
 
 /// Mechanisms of every kind: planar, spatial, overconstrained, one that passes positions in which it may become another,
@@ -88,7 +94,37 @@ fn bulging_mail(rows: u32, columns: u32) -> Result<(Model, State), Error> {
     closed(model, state)
 }
 
-/// The mechanisms, and a large patch of chain mail unless it is to be quick.
+/// A mechanism many times over, each by itself.
+///
+/// # Errors
+/// None in practice: if the mechanism is valid, so are several.
+pub fn side_by_side(model: &Model, start: &State, count: usize) -> Result<(Model, State), Error> {
+    let one = model.describe();
+    let mut all =
+        ModelDescription::new(format!("{count} {}", model.name())).gravity(model.gravity());
+    for copy in 0..count {
+        let named = |name: String| format!("{name} {copy}");
+        for body in &one.bodies {
+            let mut body = body.clone();
+            body.name = named(body.name);
+            body.parent = body.parent.map(named);
+            all.bodies.push(body);
+        }
+        for closed in &one.loops {
+            let mut closed = closed.clone();
+            closed.name = named(closed.name);
+            closed.bodies = closed.bodies.map(|body| body.map(named));
+            all.loops.push(closed);
+        }
+    }
+    let model = all.build()?;
+    let mut state = State::neutral(&model);
+    state.q = start.q.repeat(count);
+    state.qd = start.qd.repeat(count);
+    Ok((model, state))
+}
+
+/// The mechanisms, and a large patch of chain mail and many linkages unless it is to be quick.
 ///
 /// # Errors
 /// None in practice: the mechanisms are valid.
@@ -96,6 +132,8 @@ pub fn subjects(selection: &Selection) -> Result<Vec<Subject>, Error> {
     let mut all = mechanisms()?;
     if !selection.quick {
         all.push(bulging_mail(8, 8)?);
+        let (model, start) = &all[0];
+        all.push(side_by_side(model, start, MANY)?);
     }
     let subject = |(model, start)| Subject { model, start };
     Ok(all.into_iter().map(subject).collect())

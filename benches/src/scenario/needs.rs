@@ -45,21 +45,24 @@ pub fn subjects(selection: &Selection) -> anyhow::Result<Vec<Subject>> {
     Ok(vec![plain, free, pushed, still, mixed])
 }
 
-/// The rows: forward dynamics of each, and steps of the first after which no pose is read, one, or all.
+/// The rows, in f64 unless another precision is asked for: forward dynamics of each, and steps of the first after which no pose is read, one, or all.
 #[must_use]
 pub fn measurements<'a>(subjects: &'a [Subject], selection: &Selection) -> Vec<Measurement<'a>> {
+    let precisions = match selection.precisions.is_empty() {
+        true => vec![Precision::F64],
+        false => selection.precisions.clone(),
+    };
     let mut list = Vec::new();
-    for subject in subjects {
-        if selection.wants("aba") {
-            let run = move |meter: &Meter| subject.aba(meter, Precision::F64);
-            list.push(Measurement::new(format!("{}: aba", subject.scenario), run));
+    for precision in precisions {
+        for subject in subjects.iter().filter(|_| selection.wants("aba")) {
+            let run = move |meter: &Meter| subject.aba(meter, precision);
+            let label = format!("{}: aba {precision}", subject.scenario);
+            list.push(Measurement::new(label, run));
         }
-    }
-    for subject in subjects.iter().take(1) {
-        for read in [Read::Nothing, Read::Last, Read::All] {
-            if selection.wants("step") {
-                let run = move |meter: &Meter| subject.step(meter, Precision::F64, read);
-                let label = format!("{}: {}", subject.scenario, read.method());
+        for subject in subjects.iter().take(1).filter(|_| selection.wants("step")) {
+            for read in [Read::Nothing, Read::Last, Read::All] {
+                let run = move |meter: &Meter| subject.step(meter, precision, read);
+                let label = format!("{}: {} {precision}", subject.scenario, read.method());
                 list.push(Measurement::new(label, run));
             }
         }

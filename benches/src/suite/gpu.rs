@@ -7,7 +7,10 @@ mod compare;
 mod contacts;
 mod dynamics;
 mod dynamics_errors;
+mod elements;
 mod faults;
+mod forward_errors;
+mod loops;
 mod mismatches;
 mod primitives;
 pub(crate) mod runtime;
@@ -87,9 +90,15 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dynamics_seeds", dynamics_errors::seeds),
     check("dynamics_f32_seeds", dynamics_errors::f32_seeds),
     check("dynamics_refined", dynamics_errors::refined),
+    check("dca_joint_inertia", elements::inertia),
+    check("dynamics_elements", elements::steps),
+    check("dynamics_smooth_elements", elements::smooth_steps),
+    check("batch_elements", elements::batches),
+    check("forward_errors", forward_errors::forward_errors),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),
+    check("dynamics_loops", loops::loops),
     check("dca_overflow", dynamics::overflow),
     check("dynamics_device_lost", dynamics::device_lost),
     check("collision_gold", collision::gold),

@@ -7,11 +7,11 @@
 use super::{Figure, Outcome};
 use crate::accuracy::case::{Case, Pattern, Shape};
 use crate::accuracy::entry::{Entry, TOLERANCE, TOLERANCE_METHOD, measure};
-use crate::accuracy::parse;
+use crate::accuracy::{Solvers, parse};
 use anyhow::Context;
 
 /// Seeds of each case.
-const SEEDS: u32 = 64;
+pub(super) const SEEDS: u32 = 64;
 
 /// Numbers of bodies: a few chunks, and a tree of several levels.
 const SIZES: [usize; 2] = [32, 128];
@@ -29,23 +29,36 @@ const GROWTH: f64 = 2.0;
 /// If a problem cannot be measured, or there is no stored entry for it.
 pub fn forward_errors() -> Outcome {
     let stored = parse(STORED)?;
+    let solvers = Solvers::on_cpu();
     let mut figures = Vec::new();
     for case in Case::all() {
         for bodies in SIZES {
-            for entry in measure(&case, bodies, SEEDS)? {
-                let before = stored
-                    .iter()
-                    .find(|before| before.key() == entry.key() && before.seeds == SEEDS)
-                    .with_context(|| format!("no stored entry for {:?}", entry.key()))?;
-                figures.extend(judge(&case, &entry, before));
+            for entry in measure(&solvers, &case, bodies, SEEDS)? {
+                let before = find(&stored, &entry)?;
+                let bounds = Bounds::of(&case, &entry);
+                figures.extend(judge(&case, &entry, Some(before), bounds));
             }
         }
     }
     Ok(figures)
 }
 
+/// The entry before.
+///
+/// # Errors
+/// If there is none.
+pub(super) fn find<'a>(stored: &'a [Entry], entry: &Entry) -> anyhow::Result<&'a Entry> {
+    let is_same = |before: &&Entry| before.key() == entry.key() && before.seeds == entry.seeds;
+    (stored.iter().find(is_same)).with_context(|| format!("no stored entry for {:?}", entry.key()))
+}
+
 /// The figures of one entry.
-fn judge(case: &Case, entry: &Entry, before: &Entry) -> Vec<Figure> {
+pub(super) fn judge(
+    case: &Case,
+    entry: &Entry,
+    before: Option<&Entry>,
+    bounds: Option<Bounds>,
+) -> Vec<Figure> {
     let (.., method, precision) = entry.key();
     let name = |what| {
         format!(
@@ -54,13 +67,16 @@ fn judge(case: &Case, entry: &Entry, before: &Entry) -> Vec<Figure> {
             entry.bodies
         )
     };
-    let refused = Figure::new(name("refused"), entry.refused.into(), before.refused.into());
-    let mut figures = vec![refused];
-    if let (Some(median), Some(before)) = (entry.median, before.median) {
-        let growth = Figure::new(name("median before"), median, GROWTH * before);
-        figures.push(growth);
+    let mut figures = Vec::new();
+    if let Some(before) = before {
+        let refused = Figure::new(name("refused"), entry.refused.into(), before.refused.into());
+        figures.push(refused);
+        if let (Some(median), Some(before)) = (entry.median, before.median) {
+            let growth = Figure::new(name("median before"), median, GROWTH * before);
+            figures.push(growth);
+        }
     }
-    if let Some(bounds) = Bounds::of(case, entry)
+    if let Some(bounds) = bounds
         && let (Some(median), Some(max)) = (entry.median, entry.max)
     {
         figures.push(Figure::new(name("median"), median, bounds.median));
@@ -70,7 +86,7 @@ fn judge(case: &Case, entry: &Entry, before: &Entry) -> Vec<Figure> {
 }
 
 /// What the errors over the seeds may be.
-struct Bounds {
+pub(super) struct Bounds {
     median: f64,
     max: f64,
 }
@@ -82,7 +98,7 @@ impl Bounds {
     /// 5e-5 at these sizes, and of what the pattern costs about the root.
     ///
     /// None where not one digit is promised.
-    fn of(case: &Case, entry: &Entry) -> Option<Self> {
+    pub(super) fn of(case: &Case, entry: &Entry) -> Option<Self> {
         let is_tree = entry.method == "dca";
         let [lost, corrected] = match case.shape {
             Shape::Hard(hard) => hard.lost(entry.bodies),
@@ -112,6 +128,42 @@ impl Bounds {
             },
             (_, "f64") => plain(f64::EPSILON, lost),
             _ => plain(f32::EPSILON.into(), lost),
+        };
+        (bounds.max < 1.0).then_some(bounds)
+    }
+}
+
+impl Bounds {
+    /// What a GPU may do. Its chunks have 4 joints, 8 with corrections: more of what comes out of f32 joins is
+    /// left, and heavy tips cost what they cost a recursion. Corrections take out what joins have lost, each by
+    /// the same factor, and nothing of what masses cost inside a chunk.
+    pub(super) fn on_gpu(case: &Case, entry: &Entry) -> Option<Self> {
+        let lost = match case.shape {
+            Shape::Hard(hard) => hard.lost(entry.bodies)[0],
+            _ => lost(case, false),
+        };
+        #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
+        let walk = (entry.bodies as f64).sqrt();
+        let plain = |epsilon: f64| Self {
+            median: 32.0 * walk * epsilon * lost,
+            max: 512.0 * walk * epsilon * lost,
+        };
+        let chunks = plain(f64::EPSILON);
+        let joins = slender(case) * lost.sqrt();
+        let corrected = |sweeps: i32| Self {
+            median: (4e-6 * joins).powi(1 + sweeps) + chunks.median,
+            max: (2e-4 * joins).powi(1 + sweeps) + chunks.max,
+        };
+        let bounds = match (entry.method.as_str(), entry.precision.as_str()) {
+            (TOLERANCE_METHOD, _) => Self {
+                median: TOLERANCE,
+                max: TOLERANCE,
+            },
+            ("dca", "f64/f32") => corrected(0),
+            ("dca+1", "f64/f32") => corrected(1),
+            ("dca+2", "f64/f32") => corrected(2),
+            (_, "f64") => chunks,
+            _ => plain(f32::EPSILON.into()),
         };
         (bounds.max < 1.0).then_some(bounds)
     }
@@ -167,6 +219,7 @@ mod tests {
             p95: Some(max),
             p99: Some(max),
             max: Some(max),
+            device: String::new(),
         }
     }
 
@@ -174,7 +227,7 @@ mod tests {
     fn each_kind_of_worsening_is_found() {
         let case = &Case::all()[0];
         let failures = |now: &Entry, before: &Entry| {
-            let figures = judge(case, now, before);
+            let figures = judge(case, now, Some(before), Bounds::of(case, now));
             let failed = figures.iter().filter(|figure| !figure.passes());
             failed
                 .map(|figure| figure.name.split(':').next().unwrap().to_owned())

@@ -341,7 +341,7 @@ pub(crate) fn resolve(
     let loops = loops.into_iter().map(|written| Loop {
         bodies: written.bodies.map(|body| body.and_then(|name| find(&name))),
         placements: written.placements.map(|placement| Pose {
-            rotation: placement.rotation.normalize(),
+            rotation: validate::unit_rotation(placement.rotation),
             ..placement
         }),
         closure: written.closure.normalized(),

@@ -1,16 +1,18 @@
 //! Models changed while they move: tethers, fracture, docking.
 
-use crate::kinematics::{Placed, across, placed, project};
-use crate::model::body_id;
+use crate::kinematics::{Placed, across, beyond, project};
+use crate::model::{Bodies, body_id};
 use crate::{
     Body, BodyId, Frame, Joint, JointKind, MassProperties, Model, ModelError, State, closure,
     massless, validate,
 };
-use std::cell::OnceCell;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::sync::OnceLock;
-use vertebra_spatial::Pose;
+
+/// Of so many bodies on the way to one whose pose was asked for, one is remembered: a further question has as
+/// far to go at most, and memory is not spent on all of a long chain.
+const KEPT: usize = 32;
 
 /// A change of a model and its state in the making ([`Model::edit`]); nothing happens to either.
 ///
@@ -35,8 +37,8 @@ use vertebra_spatial::Pose;
 pub struct Edit<'a> {
     model: &'a Model,
     state: &'a State,
-    /// Poses and velocities of the bodies, once something asks for them.
-    placed: OnceCell<Vec<Placed>>,
+    /// Poses and velocities of bodies that were asked for, and of some on the way to them.
+    placed: HashMap<usize, Placed>,
     /// Parent of each body, those added after the model's; none for the world.
     parents: Vec<Option<usize>>,
     removed: Vec<bool>,
@@ -78,7 +80,7 @@ impl<'a> Edit<'a> {
                 .collect(),
             removed: vec![false; bodies.len()],
             children,
-            placed: OnceCell::new(),
+            placed: HashMap::new(),
             changed: HashMap::new(),
             added: Vec::new(),
             names: HashSet::new(),
@@ -98,8 +100,10 @@ impl<'a> Edit<'a> {
         Ok(())
     }
 
-    /// Fixes a body to its parent as it is now. The joint's rate is lost: a weld is an impact without
-    /// rebound, of which only the joint's own motion is taken.
+    /// Fixes a body to its parent as it is now. The joint's rate is lost and all other rates stay, so that momentum
+    /// is not kept where the joint was moving. To weld what moves as an impact would, which changes all rates and
+    /// keeps momentum, stop the joint first: a very short step with a motor that wants no motion
+    /// (`Motor::velocity(0.0, gain)`, the gain as large as it may be) takes its rate out by an impulse.
     ///
     /// # Errors
     /// [`ModelError::NoSuchBody`].
@@ -154,13 +158,13 @@ impl<'a> Edit<'a> {
         validate::check_joint(self.name(index), &joint)?;
         let mut joint = validate::normalized(joint);
         let below = parent.map_or(Placed::WORLD, |parent| self.place(parent));
+        let parent_pose = below.pose;
         let own = self.place(index);
         let own = own.carried(own.pose * joint.child_placement);
         let below = below.carried(own.pose);
         let to_joint = own.pose.rotation.inverse();
         let spin = to_joint * (own.spin - below.spin);
         let slide = to_joint * (own.velocity - below.velocity);
-        let parent_pose = parent.map_or(Pose::IDENTITY, |parent| self.place(parent).pose);
         joint.parent_placement = parent_pose.inverse() * own.pose;
         let qd = project(&joint.kind, spin, slide);
         self.leave(index);
@@ -227,26 +231,23 @@ impl<'a> Edit<'a> {
             });
         }
         let mut ids = vec![None; self.parents.len()];
-        let mut bodies = Vec::with_capacity(order.len());
         let mut state = State {
             q: Vec::with_capacity(self.state.q.len()),
             qd: Vec::with_capacity(self.state.qd.len()),
             time: self.state.time,
         };
         let old = self.model.bodies();
+        // What most bodies have not changed is known of the old model.
+        let mut bodies = Bodies::with_capacity(order.len());
+        bodies.sizes = self.model.inner.sizes.clone();
+        bodies.resist = self.model.inner.resist;
+        for (body, _) in old.iter().zip(&self.removed).filter(|(_, gone)| **gone) {
+            bodies.sizes.remove(&body.joint, &body.mass);
+        }
         for (place, index) in order.into_iter().enumerate() {
             ids[index] = Some(body_id(place));
             let known = old.get(index);
-            let joint = if let Some((joint, q, qd)) = self.changed.remove(&index) {
-                state.q.extend(q);
-                state.qd.extend(qd);
-                joint
-            } else {
-                let Some(body) = known else { continue };
-                state.q.extend(&self.state.q[body.position_range()]);
-                state.qd.extend(&self.state.qd[body.dof_range()]);
-                body.joint.clone()
-            };
+            let changed = self.changed.remove(&index);
             let (name, mass) = match known {
                 Some(body) => (body.name.clone(), body.mass),
                 None => {
@@ -254,14 +255,25 @@ impl<'a> Edit<'a> {
                     (core::mem::take(&mut added.name), added.mass)
                 }
             };
-            bodies.push(Body {
-                name,
-                parent: self.parents[index].and_then(|parent| ids[parent]),
-                joint,
-                mass,
-                position_start: 0,
-                dof_start: 0,
-            });
+            let joint = if let Some((joint, q, qd)) = changed {
+                state.q.extend(q);
+                state.qd.extend(qd);
+                if let Some(body) = known {
+                    bodies.sizes.remove(&body.joint, &body.mass);
+                }
+                bodies.sizes.add(&joint, &mass);
+                bodies.resist &= massless::resists_alone(&joint, &mass);
+                joint
+            } else {
+                let Some(body) = known else { continue };
+                state
+                    .q
+                    .extend_from_slice(&self.state.q[body.position_range()]);
+                state.qd.extend_from_slice(&self.state.qd[body.dof_range()]);
+                body.joint.clone()
+            };
+            let parent = self.parents[index].and_then(|parent| ids[parent]);
+            bodies.push(name, parent, joint, mass);
         }
         let frames = self.model.frames().iter().filter_map(|frame| {
             let body = match frame.body {
@@ -274,7 +286,7 @@ impl<'a> Edit<'a> {
             })
         });
         let whole = (self.model.name().to_owned(), self.model.gravity());
-        let closed = closure::carried_over(self.model, &ids, &bodies);
+        let closed = closure::carried_over(self.model, &ids, &bodies.list);
         let frames = frames.collect();
         let model = Model::of_bodies(whole, bodies, frames, closed, OnceLock::new());
         massless::check(&model)?;
@@ -366,8 +378,25 @@ impl<'a> Edit<'a> {
     }
 
     /// Where an old body is and how it moves.
-    fn place(&self, index: usize) -> Placed {
-        self.placed.get_or_init(|| placed(self.model, self.state))[index]
+    fn place(&mut self, index: usize) -> Placed {
+        let bodies = self.model.bodies();
+        let (mut path, mut next) = (Vec::new(), Some(index));
+        let mut place = Placed::WORLD;
+        while let Some(body) = next {
+            if let Some(known) = self.placed.get(&body) {
+                place = *known;
+                break;
+            }
+            path.push(body);
+            next = bodies[body].parent.map(BodyId::index);
+        }
+        for body in path.into_iter().rev() {
+            place = beyond(&place, &bodies[body], self.state);
+            if body % KEPT == 0 || body == index {
+                self.placed.insert(body, place);
+            }
+        }
+        place
     }
 
     /// A body's joint as it is by now, and its positions.

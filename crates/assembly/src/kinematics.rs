@@ -1,6 +1,6 @@
 //! Where the bodies of a state are and how they move, for those who change the model.
 
-use crate::{Joint, JointKind, Model, State};
+use crate::{Body, Joint, JointKind, State};
 use glam::{DQuat, DVec3};
 use vertebra_spatial::Pose;
 
@@ -75,29 +75,24 @@ pub(crate) fn project(kind: &JointKind, spin: DVec3, slide: DVec3) -> Vec<f64> {
     }
 }
 
-/// The bodies' own frames.
-pub(crate) fn placed(model: &Model, state: &State) -> Vec<Placed> {
-    let mut all: Vec<Placed> = Vec::with_capacity(model.bodies().len());
-    for body in model.bodies() {
-        let parent = body.parent.map_or(Placed::WORLD, |id| all[id.index()]);
-        let Joint {
-            kind,
-            parent_placement,
-            child_placement,
-            ..
-        } = &body.joint;
-        let moved = across(kind, &state.q[body.position_range()]);
-        let frame = parent.carried(parent.pose * *parent_placement * moved);
-        let (spin, slide) = rates(kind, &state.qd[body.dof_range()]);
-        let joint = Placed {
-            pose: frame.pose,
-            spin: frame.spin + frame.pose.rotation * spin,
-            velocity: frame.velocity + frame.pose.rotation * slide,
-        };
-        let mut own = frame.pose * child_placement.inverse();
-        // The error of a product of many stays that of one.
-        own.rotation = own.rotation.normalize();
-        all.push(joint.carried(own));
-    }
-    all
+/// A body's own frame, given its parent's.
+pub(crate) fn beyond(parent: &Placed, body: &Body, state: &State) -> Placed {
+    let Joint {
+        kind,
+        parent_placement,
+        child_placement,
+        ..
+    } = &body.joint;
+    let moved = across(kind, &state.q[body.position_range()]);
+    let mut frame = parent.carried(parent.pose * *parent_placement * moved);
+    let (spin, slide) = rates(kind, &state.qd[body.dof_range()]);
+    frame.spin += frame.pose.rotation * spin;
+    frame.velocity += frame.pose.rotation * slide;
+    let mut own = match *child_placement == Pose::IDENTITY {
+        true => frame,
+        false => frame.carried(frame.pose * child_placement.inverse()),
+    };
+    // The error of a product of many stays that of one.
+    own.pose.rotation = own.pose.rotation.normalize();
+    own
 }

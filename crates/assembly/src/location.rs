@@ -37,6 +37,8 @@ pub struct Ignored {
     pub line: u32,
     /// Whether it is an attribute.
     pub is_attribute: bool,
+    /// Why, or what may be meant, where more is known than that nothing reads it.
+    pub why: Option<String>,
 }
 
 impl fmt::Display for Ignored {
@@ -46,10 +48,15 @@ impl fmt::Display for Ignored {
             owner,
             line,
             is_attribute,
+            why,
         } = self;
         match is_attribute {
-            true => write!(f, "line {line}: `{element}` of {owner} has no effect"),
-            false => write!(f, "line {line}: <{element}> of {owner} has no effect"),
+            true => write!(f, "line {line}: `{element}` of {owner} has no effect")?,
+            false => write!(f, "line {line}: <{element}> of {owner} has no effect")?,
+        }
+        match why {
+            Some(why) => write!(f, ": {why}"),
+            None => Ok(()),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::mass::pivots_exceed;
 use crate::model::Body;
-use crate::{JointKind, MassProperties, Model, ModelError};
+use crate::{Joint, JointKind, MassProperties, Model, ModelError};
 use glam::DVec3;
 use vertebra_spatial::Pose;
 
@@ -42,10 +42,28 @@ impl Seat {
 /// joint must do it, and cannot where that joint gives way to the same motion. Whether it does
 /// otherwise depends on the position, and the solvers find out then.
 pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
+    if model.inner.resist {
+        return Ok(());
+    }
     match problems(model).into_iter().next() {
         Some(problem) => Err(problem),
         None => Ok(()),
     }
+}
+
+/// Whether a body on this joint resists its motion by its own mass. If all do, none of them is welded to
+/// another, and nothing has to be put together to see that all is well.
+pub(crate) fn resists_alone(joint: &Joint, mass: &MassProperties) -> bool {
+    let Joint {
+        kind,
+        child_placement,
+        ..
+    } = joint;
+    let cluster = match *child_placement == Pose::IDENTITY {
+        true => *mass,
+        false => mass.placed(&child_placement.inverse()),
+    };
+    *kind != JointKind::Fixed && resists(&cluster, kind)
 }
 
 /// All of them.

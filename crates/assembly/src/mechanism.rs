@@ -76,7 +76,26 @@ pub fn four_bar(
     rocker: f64,
     start: f64,
 ) -> Result<(Model, State), ModelError> {
+    let lengths = [ground, crank, coupler, rocker];
+    if !lengths
+        .iter()
+        .all(|length| *length > 0.0 && length.is_finite())
+        || !start.is_finite()
+    {
+        return Err(ModelError::BadParameter {
+            parameter: "each length of a four-bar linkage",
+            requirement: "above zero and finite, and so the starting angle finite",
+        });
+    }
     let pivot = DVec2::new(ground, 0.0);
+    let end = direction(start) * crank;
+    let pin = meet(end, coupler, pivot, rocker, 1.0);
+    if !pin.is_finite() {
+        return Err(ModelError::BadParameter {
+            parameter: "the lengths of a four-bar linkage",
+            requirement: "such that coupler and rocker meet at the starting angle",
+        });
+    }
     let tip = |length: f64| in_plane(DVec2::new(0.0, length));
     let model = ModelDescription::new("four-bar")
         .body("crank", None, hinge(askew()), rod(crank))
@@ -94,14 +113,6 @@ pub fn four_bar(
             HINGE,
         )
         .build()?;
-    let end = direction(start) * crank;
-    let pin = meet(end, coupler, pivot, rocker, 1.0);
-    if !pin.is_finite() {
-        return Err(ModelError::BadParameter {
-            parameter: "the lengths of a four-bar linkage",
-            requirement: "such that coupler and rocker meet at the starting angle",
-        });
-    }
     let mut state = State::neutral(&model);
     state.q = vec![start, angle(end, pin) - start, angle(pivot, pin)];
     Ok((model, state))

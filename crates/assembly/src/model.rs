@@ -3,7 +3,7 @@
 use crate::{
     BodyDescription, Coupling, CouplingDescription, Edit, FrameDescription, Joint, Loop,
     LoopDescription, MassProperties, ModelDescription, ModelError, State, Units, closure,
-    description::MODEL_VERSION, massless, not_simulated::NotSimulated, validate,
+    description::MODEL_VERSION, massless, not_simulated::NotSimulated, units::Sizes, validate,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -39,6 +39,10 @@ pub(crate) struct Inner {
     name: String,
     gravity: DVec3,
     units: Units,
+    /// What the units are the medians of.
+    pub(crate) sizes: Sizes,
+    /// Whether each body resists the motion of its joint by its own mass.
+    pub(crate) resist: bool,
     bodies: Vec<Body>,
     frames: Vec<Frame>,
     pub(crate) loops: Vec<Loop>,
@@ -304,19 +308,15 @@ impl Model {
             ..
         } = description;
         let mut by_name = HashMap::with_capacity(written.len());
-        let mut bodies: Vec<Body> = Vec::with_capacity(written.len());
+        let mut bodies = Bodies::with_capacity(written.len());
         let mut slots: Vec<Option<BodyDescription>> = written.into_iter().map(Some).collect();
         for body in order.into_iter().filter_map(|index| slots[index].take()) {
             let parent = body.parent.and_then(|name| by_name.get(&name).copied());
-            by_name.insert(body.name.clone(), body_id(bodies.len()));
-            bodies.push(Body {
-                name: body.name,
-                parent,
-                joint: validate::normalized(body.joint),
-                mass: body.mass,
-                position_start: 0,
-                dof_start: 0,
-            });
+            by_name.insert(body.name.clone(), body_id(bodies.list.len()));
+            bodies.sizes.add(&body.joint, &body.mass);
+            let joint = validate::normalized(body.joint);
+            bodies.resist &= massless::resists_alone(&joint, &body.mass);
+            bodies.push(body.name, parent, joint, body.mass);
         }
         let frames = frames
             .into_iter()
@@ -336,42 +336,79 @@ impl Model {
         )
     }
 
-    /// The model of bodies that were checked, parents first, whose coordinates are counted here.
+    /// The model of bodies that were checked.
     pub(crate) fn of_bodies(
         (name, gravity): (String, DVec3),
-        mut bodies: Vec<Body>,
+        bodies: Bodies,
         frames: Vec<Frame>,
         (loops, couplings): (Vec<Loop>, Vec<Coupling>),
         by_name: OnceLock<HashMap<String, BodyId>>,
     ) -> Self {
-        let sizes = |b| {
-            let Body { joint, mass, .. }: &Body = b;
-            (mass, &joint.parent_placement, &joint.child_placement)
-        };
-        let units = Units::of_bodies(bodies.iter().map(sizes), gravity);
-        let mut depths: Vec<usize> = Vec::with_capacity(bodies.len());
-        let (mut position_count, mut dof_count) = (0, 0);
-        for body in &mut bodies {
-            depths.push(1 + body.parent.map_or(0, |parent| depths[parent.index()]));
-            (body.position_start, body.dof_start) = (position_count, dof_count);
-            position_count += body.joint.kind.position_count();
-            dof_count += body.joint.kind.dof_count();
-        }
         Self {
             inner: Arc::new(Inner {
                 name,
                 gravity,
-                units,
-                depth: depths.into_iter().max().unwrap_or(0),
-                bodies,
+                units: Units::of_sizes(&bodies.sizes, gravity),
+                depth: bodies.depths.into_iter().max().unwrap_or(0) as usize,
+                sizes: bodies.sizes,
+                resist: bodies.resist,
+                bodies: bodies.list,
                 frames,
                 loops,
                 couplings,
                 by_name,
-                position_count,
-                dof_count,
+                position_count: bodies.position_count,
+                dof_count: bodies.dof_count,
             }),
         }
+    }
+}
+
+/// The bodies of a model in the making, parents first.
+pub(crate) struct Bodies {
+    pub(crate) list: Vec<Body>,
+    /// Bodies on the way from the world to each.
+    depths: Vec<u32>,
+    position_count: usize,
+    dof_count: usize,
+    pub(crate) sizes: Sizes,
+    /// Whether each resists the motion of its joint by its own mass.
+    pub(crate) resist: bool,
+}
+
+impl Bodies {
+    pub(crate) fn with_capacity(count: usize) -> Self {
+        Self {
+            list: Vec::with_capacity(count),
+            depths: Vec::with_capacity(count),
+            position_count: 0,
+            dof_count: 0,
+            sizes: Sizes::default(),
+            resist: true,
+        }
+    }
+
+    /// Adds a body; its sizes and whether it resists are the caller's to say.
+    pub(crate) fn push(
+        &mut self,
+        name: String,
+        parent: Option<BodyId>,
+        joint: Joint,
+        mass: MassProperties,
+    ) {
+        let above = parent.map_or(0, |parent| self.depths[parent.index()]);
+        self.depths.push(above + 1);
+        let (position_start, dof_start) = (self.position_count, self.dof_count);
+        self.position_count += joint.kind.position_count();
+        self.dof_count += joint.kind.dof_count();
+        self.list.push(Body {
+            name,
+            parent,
+            joint,
+            mass,
+            position_start,
+            dof_start,
+        });
     }
 }
 

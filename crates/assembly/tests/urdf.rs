@@ -285,7 +285,7 @@ fn what_has_no_effect_is_listed() {
 }
 
 #[test]
-fn a_mimic_of_a_folded_joint_is_listed() {
+fn a_mimic_of_a_folded_or_missing_joint_is_listed() {
     let elements = link("base")
         + &link("hub")
         + &link("arm")
@@ -293,8 +293,16 @@ fn a_mimic_of_a_folded_joint_is_listed() {
         + &joint("j", "revolute", "hub", "arm", "<mimic joint='weld'/>");
     let text = robot(&elements);
     let folded = read(&text);
-    assert_eq!(folded.ignored[0].element, "mimic");
+    let listed = folded.ignored[0].to_string();
+    assert!(listed.ends_with("<mimic> of joint `j` has no effect: the joint `weld` does not move"));
     assert_eq!(arm(&folded).mimic, None);
+    let missing = read(&text.replace("mimic joint='weld'", "mimic joint='nobody'"));
+    let listed = missing.ignored[0].to_string();
+    assert!(
+        listed.ends_with("has no effect: the joint `nobody` is not in the file"),
+        "{listed}"
+    );
+    assert_eq!(arm(&missing).mimic, None);
     let kept = urdf::parse(&text, &Options::default().keep_fixed()).unwrap();
     assert_eq!(arm(&kept).mimic.unwrap().body, "hub");
 }

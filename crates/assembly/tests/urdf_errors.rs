@@ -309,14 +309,6 @@ fn references_must_form_one_tree() {
         let problem = refused(&text, 4, &["joint `j`", "`nobody`"]);
         assert_problem!(problem, Problem::UnknownLink { .. });
     }
-    let mimic = JOINT.replace("</joint>", "\n<mimic joint='nobody'/></joint>");
-    let problem = refused(
-        &robot(&[BASE, ARM, &mimic].concat()),
-        5,
-        &["<mimic>", "`j`", "`nobody`"],
-    );
-    assert_problem!(problem, Problem::UnknownJoint { .. });
-
     let problem = refused(
         &with("<link name='x'/><link name='y'/>"),
         1,

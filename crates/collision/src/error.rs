@@ -10,12 +10,11 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum MeshError {
     /// Something is wrong with a file.
-    #[error("the mesh file {} cannot be used", path.display())]
+    #[error("the mesh file {} cannot be used: {error}", path.display())]
     InFile {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        #[source]
         error: Box<Self>,
     },
     /// The file could not be read.

@@ -10,6 +10,7 @@
 //! A freedom may have inertia E of its own, which turns with nothing but the joint (a rotor, what an
 //! implicit step adds): D = S' U + E, and the joint transmits S' f = tau - E qdd.
 
+use crate::balance::largest_push;
 use crate::drive::{driven, transmitted};
 use crate::link::{Kind, Link};
 use crate::passed_on::PassedOn;
@@ -39,6 +40,7 @@ pub fn aba<'w>(
     forces.check(model)?;
     workspace.set_state(model, state)?;
     workspace.refuse_loops("`aba`")?;
+    workspace.push = largest_push(model, forces);
     let Workspace {
         scales,
         arrays,

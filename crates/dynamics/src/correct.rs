@@ -8,13 +8,19 @@
 //! solves the same equations for bodies at rest on which r acts, with the factors at hand (symbols of
 //! [`aba`](crate::aba)). Up: pA = -r + sum of X' pa, u = -S' pA, pa = pA + U D^-1 u. Down: a' = X a_parent,
 //! qdd = D^-1 (u - U'a'), a = a' + S qdd; then f = IA a + pA.
+//!
+//! What is left by one is the [drift](crate::drift) of the bodies' places. The second takes it out first: a
+//! and f are made to fit the joints where these then are, and r shows what that moves.
 
+use crate::across::Given;
+use crate::drift::Drift;
 use crate::drive::transmitted;
 use crate::link::{Kind, Link};
 use crate::refine::{Loads, Size, relative};
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Refinement, Workspace, finite_results, joint_wrenches};
 use core::ops::AddAssign;
+use vertebra_assembly::{Model, Units};
 use vertebra_spatial::{Force, Motion, Real, Vec3};
 
 /// Memory of the corrections, one entry a body unless it says otherwise.
@@ -28,6 +34,8 @@ pub(crate) struct Corrections<T> {
     accelerations: Vec<Motion<T>>,
     /// u, then the correction of qdd; one entry a freedom.
     u: Vec<T>,
+    /// None in the reference precision.
+    drift: Option<Drift>,
 }
 
 /// What children hand on to a body, about its origin.
@@ -59,8 +67,9 @@ impl<T: Real> AddAssign for Arriving<T> {
 }
 
 impl<T: Real> Corrections<T> {
-    fn new(bodies: usize, freedoms: usize) -> Self {
+    fn new(bodies: usize, freedoms: usize, model: &Model) -> Self {
         Self {
+            drift: Drift::of(model, T::EPSILON.to_f64()),
             arriving: vec![Arriving::NOTHING; bodies],
             biases: vec![Force::ZERO; bodies],
             accelerations: vec![Motion::ZERO; bodies],
@@ -78,14 +87,26 @@ impl Workspace {
         }
         self.computed.accelerations = false;
         self.computed.joint_wrenches = false;
+        let settles = loads == Loads::Settled && !self.computed.settled;
+        let least = self.least_acceleration();
         let (qdd, scales) = (&mut self.qdd, &self.scales.acceleration);
+        let model = &self.model;
+        let given = Given {
+            q: &self.q,
+            qd: &self.qd,
+            rate_scales: &self.scales.rate,
+            length: model.units().length,
+        };
         let mut refined = Refinement::default();
         let failed = in_precision!(&mut self.arrays, s => {
             let mut own = (s.corrections.take())
-                .unwrap_or_else(|| Corrections::new(s.links.len(), s.u.len()).into());
+                .unwrap_or_else(|| Corrections::new(s.links.len(), s.u.len(), model).into());
+            if settles && let Some(drift) = &mut own.drift {
+                s.settle(drift, &given, forces, model.units());
+            }
             refined.residual = s.gather_again(&mut own, loads);
             s.respond_again(&mut own);
-            let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+            let (mut change, mut largest) = (0.0_f64, least);
             for (k, &by) in own.u.iter().enumerate() {
                 s.u[k] += by;
                 qdd[k] = Real::to_f64(s.u[k]) * scales[k];
@@ -100,11 +121,65 @@ impl Workspace {
         finite_results(&self.model, "joint acceleration", &self.qdd, self.time)?;
         self.computed.accelerations = true;
         self.computed.joint_wrenches = true;
+        self.computed.corrected |= loads != Loads::Rounding;
+        self.computed.settled |= settles;
         Ok(refined)
     }
 }
 
+impl Workspace {
+    /// What forces as large as the rounding of the bodies' equations move, as part of the largest acceleration
+    /// ([`Loads::Rounding`]); the solution has it added.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn response_to_rounding(&mut self, forces: &Forces) -> Result<f64, Error> {
+        let response = self.correct(forces, Loads::Rounding)?;
+        Ok(response.change)
+    }
+}
+
 impl<T: Real> Sweeps<T> {
+    /// Takes the drift out of the bodies' places. Of the solution, the accelerations are summed up again from
+    /// those of the joints, and the transmitted forces have along the freedoms what drives these.
+    fn settle(&mut self, drift: &mut Drift, given: &Given<'_>, forces: &Forces, units: &Units) {
+        let (links, rotations, spins) = (&self.links, &self.rotation, &self.spin);
+        let place = |i: usize| (rotations[i], spins[i]);
+        drift.measure(given, links.len(), |i| &links[i], place);
+        for i in 0..self.links.len() {
+            let dofs = self.dofs(i);
+            let link = &self.links[i];
+            let (axes, w) = drift.settled(link.parent);
+            let (rotation, spin) = drift.settled(Some(i));
+            let r: Vec3<T> = axes * link.displacement(given);
+            let columns = &mut self.subspace[dofs.clone()];
+            let (joint_velocity, turning_rates) = link.span(&rotation, given, columns);
+            let sideways = w.cross(joint_velocity.linear);
+            let c = Motion::new(
+                w.cross(joint_velocity.angular),
+                w.cross(w.cross(r)) + sideways + sideways + turning_rates,
+            );
+            let inertia = link.inertia.rotated(&rotation);
+            let above = link
+                .parent
+                .map_or(self.base, |parent| self.acceleration[parent]);
+            let mut a = above.shifted(r) + c;
+            let mut tau = [T::ZERO; 6];
+            for ((tau, dof), &column) in tau.iter_mut().zip(dofs).zip(&*columns) {
+                a += column * self.u[dof];
+                *tau = self.tau[dof] - self.added[dof] * self.u[dof];
+            }
+            self.joint_wrench[i] = transmitted(self.joint_wrench[i], columns, &tau);
+            self.acceleration[i] = a;
+            self.external[i] = -inertia.bias(spin);
+            self.inertia[i] = inertia;
+            self.joint_velocity[i] = joint_velocity;
+            self.bias_acceleration[i] = c;
+            self.offset[i] = r;
+            self.spin[i] = spin;
+            self.rotation[i] = rotation;
+        }
+        self.add_external(0, forces, units);
+    }
+
     /// Up: bias forces of what acts. Gives the largest part of its terms that a body's equation
     /// leaves.
     fn gather_again(&self, own: &mut Corrections<T>, loads: Loads) -> f64 {
@@ -128,7 +203,7 @@ impl<T: Real> Sweeps<T> {
                 .or(Size::of_force(inertial).or(arriving.size));
             worst = worst.max(size.left(Size::of_force(rest)));
             let load = match loads {
-                Loads::Left => rest,
+                Loads::Left | Loads::Settled => rest,
                 Loads::Rounding => {
                     let turned = Size::of_turning(&self.inertia[i], self.acceleration[i]);
                     size.or(turned).rounding(i)

@@ -161,6 +161,18 @@ pub enum Error {
         /// Its residual of the bodies' own equations.
         residual: f64,
     },
+    /// A check of a [`Monitor`](crate::Monitor) that found too large an error, where that ends the run.
+    #[error(
+        "at {time} s the accelerations have a relative error of {error:.0e} where {tolerance:e} was wanted: ask for more precision or a tolerance, or let the monitor go on"
+    )]
+    Inexact {
+        /// Time of the state \[s\].
+        time: f64,
+        /// Forward error, as one correction shows it.
+        error: f64,
+        /// Forward error wanted.
+        tolerance: f64,
+    },
     /// A tolerance that is no number or below what f64 can hold.
     #[error("a tolerance of {tolerance:e} cannot be met in f64: ask for 2.3e-16 or more")]
     ToleranceRange {
@@ -186,6 +198,19 @@ pub enum Error {
         name: String,
         /// What does not do it.
         by: &'static str,
+    },
+    /// Loops that are solved together and too many for a GPU.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "`{name}` and the loops and couplings that move the same joints have {rows} equations together, and a GPU solves {fit} of them: simulate on `Device::cpu()`, or take loops out of the model"
+    )]
+    TooManyLoops {
+        /// The first of them.
+        name: String,
+        /// Their equations.
+        rows: usize,
+        /// How many equations a GPU solves together.
+        fit: usize,
     },
     /// A step that would start from an open loop.
     #[error(
@@ -312,7 +337,7 @@ pub enum Error {
     /// A joint that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(
-        "the joint of body `{body}` is a screw, which is not computed on a GPU: simulate the model on the CPU"
+        "the joint of body `{body}` is a screw, which a GPU does not compute in models with closed loops nor in batches by the articulated-body algorithm: ask for divide and conquer, simulate the model on the CPU"
     )]
     JointUnavailable {
         /// The body whose joint it is.
@@ -321,7 +346,7 @@ pub enum Error {
     /// An element in a joint that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(
-        "the joint of body `{body}` has a range, damping, friction, a rotor or a spring, which are not computed on a GPU: simulate the model on the CPU, or without all of these (`Model::bare`)"
+        "the joint of body `{body}` has a range, damping, friction, a rotor, a motor or a spring, which a GPU does not compute in models with closed loops nor in batches by the articulated-body algorithm: ask for divide and conquer, simulate the model on the CPU, or without all of these (`Model::bare`)"
     )]
     ElementUnavailable {
         /// The body whose joint it is.

@@ -9,6 +9,10 @@ use vertebra_spatial::{Number, Real};
 /// ref is what [`aba`](crate::aba) left in `reference` for the same state and forces, usually one of
 /// [`Precision::Reference`](crate::Precision::Reference).
 ///
+/// Where loads balance and hardly anything accelerates, what counts instead of max |ref| is what these
+/// loads would cause by themselves: gravity, the square of the largest rate, the largest push over the mass of
+/// the model, with its own unit of length where the one is linear and the other is not.
+///
 /// The differences are taken before the reference is rounded to f64, so that errors far below 1e-16
 /// (of results that happen to be nearly exact) are still errors and not the reference's rounding.
 ///
@@ -34,12 +38,13 @@ pub fn forward_error(qdd: &[f64], reference: &Workspace) -> Result<f64, Error> {
     let quantity = ("joint accelerations", "joint acceleration");
     check_dofs(&reference.model, quantity.0, quantity.1, qdd)?;
     let scales = &reference.scales.acceleration;
-    Ok(in_precision!(&reference.arrays, s => s.forward_error(qdd, scales)))
+    let least = reference.least_acceleration();
+    Ok(in_precision!(&reference.arrays, s => s.forward_error(qdd, scales, least)))
 }
 
 impl<T: Real> Sweeps<T> {
-    fn forward_error(&self, qdd: &[f64], scales: &[f64]) -> f64 {
-        let (mut difference, mut largest) = (0.0_f64, 0.0_f64);
+    fn forward_error(&self, qdd: &[f64], scales: &[f64], least: f64) -> f64 {
+        let (mut difference, mut largest) = (0.0_f64, least);
         for ((&exact, &qdd), &scale) in self.u.iter().zip(qdd).zip(scales) {
             let exact = exact.widen();
             let off = exact - T::Wide::from_f64(qdd / scale);

@@ -55,6 +55,8 @@ impl Workspace {
         state.check(model)?;
         self.computed = Computed::default();
         self.time = state.time;
+        self.q.copy_from_slice(&state.q);
+        self.qd.copy_from_slice(&state.qd);
         let (length, rates) = (model.units().length, &self.scales.rate);
         let failed = in_precision!(&mut self.arrays, s => {
             s.set_state(&state.q, &state.qd, length, rates);

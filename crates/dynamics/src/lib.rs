@@ -26,8 +26,11 @@
 //! ```
 
 mod aba;
+mod across;
+mod balance;
 mod batch;
 mod centroidal;
+mod check;
 mod choice;
 mod correct;
 mod cost;
@@ -35,6 +38,7 @@ mod crba;
 mod dca;
 mod derivatives;
 mod device;
+mod drift;
 mod drive;
 pub mod elements;
 mod energy;
@@ -65,6 +69,7 @@ mod workspace;
 pub use aba::{aba, joint_wrenches};
 pub use batch::{Batch, aba_batch};
 pub use centroidal::{Centroidal, centroidal};
+pub use check::check_accelerations;
 pub use choice::Choice;
 pub use crba::{crba, crba_forward_dynamics};
 pub use dca::{DcaOptions, DcaWorkspace, dca};

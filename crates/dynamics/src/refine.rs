@@ -10,9 +10,14 @@ pub struct Refinement {
     /// what its Newton-Euler equation or its joint's match of accelerations leaves, over the largest
     /// entry of any term, in the model's units.
     pub residual: f64,
-    /// The correction: max |change of qdd| / max |qdd|, 1 at most, which is the forward error before but
-    /// for the error of the correction itself. As long as corrections become smaller, the error after one is
-    /// at most about this times the ratio of this to the one before.
+    /// The correction: max |change of qdd| / max |qdd|, 1 at most. Where loads balance, max |qdd| is replaced
+    /// as in [`forward_error`](crate::forward_error).
+    ///
+    /// It estimates the forward error before the correction, as long as that is more than rounding: the
+    /// correction errs itself, by as large a part as the factors do. The error after it is about this times
+    /// the ratio of this to the change before. Neither says anything below what rounding makes of the
+    /// residual, some tens of epsilons: there a change is as much noise as correction, and errors stay
+    /// while changes may vanish.
     pub change: f64,
 }
 
@@ -22,7 +27,9 @@ pub struct Refinement {
 ///
 /// Where the factors are coarser than that precision (a tree in f32 over chunks in f64), or have lost
 /// digits to uneven masses, each call gains the digits that the factors have, until the rounding of the
-/// residual is reached; two end as well as the best of solvers or better (`docs/accuracy.md`).
+/// residual is reached. The second call for a solution also takes out what rounding has added up, from body to
+/// body, of where these are, and costs about a solution more than the others; it ends at a hundredth of what the
+/// best of solvers do (`docs/accuracy.md`).
 ///
 /// Memory is taken on the first call for a workspace and never again.
 ///
@@ -54,10 +61,19 @@ pub fn refine(forces: &Forces, solved: &mut impl Solved) -> Result<Refinement, E
 pub(crate) enum Loads {
     /// What is left of the bodies' equations: a correction.
     Left,
+    /// The same, once the [drift](crate::drift) of the bodies' places has been taken out.
+    Settled,
     /// Forces as large as the rounding of those equations. Their response is what no correction in this
     /// precision can take out, however small a residual it leaves: the condition of the problem in
     /// its own equations, times epsilon. The solution has it added, so that a correction has to follow.
     Rounding,
+}
+
+impl Loads {
+    /// Those of a correction that takes the drift out or does not.
+    pub(crate) const fn of_correction(settles: bool) -> Self {
+        if settles { Self::Settled } else { Self::Left }
+    }
 }
 
 /// A largest change as part of the largest value; all of it, where the change is larger than what it

@@ -106,7 +106,8 @@ impl Solved for Workspace {
     }
 
     fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
-        self.correct(forces, Loads::Left)
+        let loads = Loads::of_correction(self.computed.corrected);
+        self.correct(forces, loads)
     }
 }
 

@@ -1,5 +1,7 @@
 //! A model in motion.
 
+#[cfg(feature = "gpu")]
+mod exact;
 mod host;
 mod poses;
 #[cfg(feature = "gpu")]
@@ -9,12 +11,17 @@ mod runs;
 pub use poses::PendingPoses;
 
 use crate::{
-    BodyMotion, Choice, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor, Motor,
-    Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses, forward_kinematics,
-    joint_wrenches, mechanics,
+    Achieved, BodyMotion, Choice, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor,
+    Motor, Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses,
+    forward_kinematics, joint_wrenches, mechanics,
 };
 use crate::{LoopForces, LoopViolation};
+use core::ops::Range;
+#[cfg(feature = "gpu")]
+use host::Host;
 use poses::Inner;
+#[cfg(feature = "gpu")]
+use remote::Problem;
 use runs::Runs;
 use vertebra_assembly::{BodyId, Model, State};
 use vertebra_spatial::Pose;
@@ -102,9 +109,14 @@ impl Simulation {
 
     /// Chooses how accelerations are computed; the state is kept, on the CPU in f64.
     ///
+    /// To a tolerance, a GPU takes the cheapest of its precisions and corrections that meets it:
+    /// its accelerations are held against the bodies' equations by the processor before the first step, after a
+    /// state was set, and at every 64th step. What no GPU can do so exactly is done by the processor from there on
+    /// ([`choice`](Self::choice) tells).
+    ///
     /// # Errors
     /// As [`Solver::new`]; on a GPU also [`Error::PrecisionUnavailable`], and
-    /// [`Error::UnavailableOnGpu`] of the articulated-body algorithm and of tolerances.
+    /// [`Error::UnavailableOnGpu`] of the articulated-body algorithm.
     pub fn with_solver(mut self, options: &SolverOptions) -> Result<Self, Error> {
         match &mut self.runs {
             Runs::Host(host) => {
@@ -116,16 +128,18 @@ impl Simulation {
             }
             #[cfg(feature = "gpu")]
             Runs::Gpu(remote) => {
-                let state = if remote.is_ahead {
-                    remote.simulation.state()?
-                } else {
-                    self.state
-                };
-                **remote = remote.with_solver(&self.model, options)?;
-                remote.set_state(&state)?;
-                remote.forces_changed = true;
-                self.state = state;
-                self.choice = remote.choice(self.choice);
+                if remote.is_ahead {
+                    self.state = remote.simulation.state()?;
+                }
+                match remote.with_solver(&self.model, options)? {
+                    Some(mut other) => {
+                        other.set_state(&self.state)?;
+                        other.forces_changed = true;
+                        self.choice = other.choice(self.choice);
+                        **remote = other;
+                    }
+                    None => self.leave_gpu(options)?,
+                }
             }
         }
         self.workspace = None;
@@ -147,9 +161,12 @@ impl Simulation {
 
     /// Checks the accelerations of every so many steps, the first one's included
     /// ([`Solver::check`]): a step that is checked takes one and a half solutions more.
-    /// [`monitor`](Self::monitor) has what was found. Steps on a GPU refuse it.
+    /// [`monitor`](Self::monitor) has what was found.
+    ///
+    /// On a GPU the processor checks ([`check_accelerations`](crate::check_accelerations)) what is read back for it,
+    /// about 0.7 ms for 2048 bodies: as long as several steps take there.
     #[must_use]
-    pub const fn with_monitor(mut self, monitor: Monitor) -> Self {
+    pub fn with_monitor(mut self, monitor: Monitor) -> Self {
         self.monitor = Some(monitor);
         self
     }
@@ -167,6 +184,17 @@ impl Simulation {
             Runs::Host(host) => Some(&host.solver),
             #[cfg(feature = "gpu")]
             Runs::Gpu(_) => None,
+        }
+    }
+
+    /// How a tolerance was met: on the CPU by the last solution, on a GPU by the last whose error was
+    /// measured. None without one, or if it was not met.
+    #[must_use]
+    pub fn achieved(&self) -> Option<&Achieved> {
+        match &self.runs {
+            Runs::Host(host) => host.solver.achieved(),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => remote.achieved(),
         }
     }
 
@@ -239,12 +267,12 @@ impl Simulation {
         &mut self.forces
     }
 
-    /// Sets the motor of a body's joint. Nothing is allocated but by the first motor of a model without
-    /// elements.
+    /// Sets the motor of a body's joint; a GPU is given it with the next step. Nothing is allocated but by the
+    /// first motor of a model without elements.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; on a GPU
-    /// [`Error::UnavailableOnGpu`]. The motor is then as it was.
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; of the first motor on a GPU also
+    /// [`Error::ModelTooLarge`] and `Error::Gpu`. The motor is then as it was.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
         match &mut self.runs {
             Runs::Host(host) => {
@@ -252,38 +280,50 @@ impl Simulation {
                 host.elements.get_or_insert_with(new).set_motor(body, motor)
             }
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => Err(Error::UnavailableOnGpu {
-                what: "a motor",
-                remedy: "give joint forces, or simulate on `Device::cpu()`",
-            }),
+            Runs::Gpu(remote) => remote.simulation.set_motor(body, motor),
         }
     }
 
     /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
-    #[must_use]
-    pub fn work(&self) -> Work {
-        self.elements()
-            .map_or_else(Work::default, |elements| *elements.work())
+    ///
+    /// # Errors
+    /// On a GPU, from which it is read back, `Error::Gpu`.
+    #[cfg_attr(
+        not(feature = "gpu"),
+        expect(
+            clippy::unnecessary_wraps,
+            clippy::needless_pass_by_ref_mut,
+            reason = "of a GPU it can fail"
+        )
+    )]
+    pub fn work(&mut self) -> Result<Work, Error> {
+        #[cfg(feature = "gpu")]
+        if let Runs::Gpu(remote) = &mut self.runs {
+            return remote.simulation.work();
+        }
+        let elements = self.elements();
+        Ok(elements.map_or_else(Work::default, |elements| *elements.work()))
     }
 
     /// Energy that springs and rotors hold.
     ///
     /// # Errors
-    /// None: the state fits the model.
-    pub fn stored(&self) -> Result<Stored, Error> {
+    /// On a GPU, from which the state is read back, `Error::Gpu`.
+    pub fn stored(&mut self) -> Result<Stored, Error> {
+        self.fetch_state()?;
         match self.elements() {
             Some(elements) => elements.stored(&self.state),
             None => Ok(Stored::default()),
         }
     }
 
-    /// What acts in the joints; none where nothing does.
+    /// What acts in the joints; none where nothing does. What steps on a GPU make of it [`work`](Self::work) says.
     #[must_use]
     pub fn elements(&self) -> Option<&Elements> {
         match &self.runs {
             Runs::Host(host) => host.elements.as_deref(),
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => None,
+            Runs::Gpu(remote) => remote.simulation.elements(),
         }
     }
 
@@ -313,10 +353,15 @@ impl Simulation {
         }
         self.forces.check(&self.model)?;
         self.posed = false;
-        let how = (h, self.integrator);
+        self.take(h, 0..count)
+    }
+
+    /// Takes those of so many steps that are left.
+    fn take(&mut self, h: f64, steps: Range<usize>) -> Result<(), Error> {
+        let (how, count) = ((h, self.integrator), steps.end);
         match &mut self.runs {
             Runs::Host(host) => {
-                for step in 0..count {
+                for step in steps {
                     let (model, state, forces) = (&self.model, &mut self.state, &self.forces);
                     host.step(model, state, forces, how, &mut self.monitor)
                         .map_err(|source| Error::Step {
@@ -328,8 +373,75 @@ impl Simulation {
                 Ok(())
             }
             #[cfg(feature = "gpu")]
-            Runs::Gpu(remote) => remote.steps(&self.forces, how, count, self.monitor.as_ref()),
+            Runs::Gpu(remote) => {
+                let problem = Problem {
+                    model: &self.model,
+                    state: &self.state,
+                    forces: &self.forces,
+                };
+                let taken = remote.steps(problem, how, steps.len(), &mut self.monitor);
+                self.choice = remote.choice(self.choice);
+                match taken {
+                    Err(Error::Step { step, source, .. })
+                        if let Error::ToleranceMissed { tolerance, .. } = *source =>
+                    {
+                        self.leave_gpu(&SolverOptions::to_tolerance(tolerance))?;
+                        self.take(h, step..count)
+                    }
+                    taken => taken,
+                }
+            }
         }
+    }
+
+    /// The joint accelerations in the present state under the present forces [rad/s^2 or m/s^2], shape
+    /// [`Model::dof_count`], computed where and as those of steps are. Elements act as they do now, without a
+    /// step.
+    ///
+    /// # Errors
+    /// [`Error`] as for a step.
+    pub fn accelerations(&mut self) -> Result<Vec<f64>, Error> {
+        self.forces.check(&self.model)?;
+        self.posed = false;
+        let (model, state, forces) = (&self.model, &self.state, &self.forces);
+        match &mut self.runs {
+            Runs::Host(host) => host.accelerations(model, state, forces),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => {
+                let solved = remote.accelerations(Problem {
+                    model,
+                    state,
+                    forces,
+                });
+                self.choice = remote.choice(self.choice);
+                match solved {
+                    Err(Error::ToleranceMissed { tolerance, .. }) => {
+                        self.leave_gpu(&SolverOptions::to_tolerance(tolerance))?;
+                        self.accelerations()
+                    }
+                    solved => solved,
+                }
+            }
+        }
+    }
+
+    /// Goes on on the processor, from the state there is.
+    #[cfg(feature = "gpu")]
+    fn leave_gpu(&mut self, options: &SolverOptions) -> Result<(), Error> {
+        self.fetch_state()?;
+        let solver = Solver::new(&self.model, options)?;
+        self.choice = Choice {
+            gpu_s: self.choice.gpu_s,
+            ..*solver.choice()
+        };
+        let mut host = Host::new(&self.model, solver);
+        if let Runs::Gpu(remote) = &self.runs
+            && let Some(elements) = remote.simulation.elements()
+        {
+            host.elements = Some(Box::new(elements.clone()));
+        }
+        self.runs = Runs::Host(Box::new(host));
+        Ok(())
     }
 
     /// Moves the state until the loops of the model are closed: positions by the least motion in the mass metric
@@ -340,23 +452,33 @@ impl Simulation {
     /// [`Error::LoopNotClosed`] if that cannot be reached from here; [`Error`] as for a step. The state is then as
     /// it was.
     pub fn close_loops(&mut self) -> Result<(), Error> {
+        self.fetch_state()?;
         self.posed = false;
         match &mut self.runs {
             Runs::Host(host) => host.close_loops(&self.model, &mut self.state, &self.forces),
-            // Models with loops are not simulated there.
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => Ok(()),
+            Runs::Gpu(remote) => {
+                let mut closed = self.state.clone();
+                let host = remote.host(&self.model)?;
+                host.close_loops(&self.model, &mut closed, &self.forces)?;
+                remote.set_state(&closed)?;
+                self.state = closed;
+                Ok(())
+            }
         }
     }
 
-    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none.
+    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none,
+    /// or if a GPU no longer gives its state.
     #[must_use]
     pub fn loop_violation(&mut self) -> Option<LoopViolation> {
-        match &mut self.runs {
-            Runs::Host(host) => host.solver.loop_violation(&self.model, &self.state),
+        self.fetch_state().ok()?;
+        let host = match &mut self.runs {
+            Runs::Host(host) => &mut **host,
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => None,
-        }
+            Runs::Gpu(remote) => remote.host(&self.model).ok()?,
+        };
+        host.solver.loop_violation(&self.model, &self.state)
     }
 
     /// The forces that keep the loops closed and the joints coupled in the current state, under the current forces.
@@ -367,12 +489,14 @@ impl Simulation {
     /// # Errors
     /// [`Error`] as for a step.
     pub fn loop_forces(&mut self) -> Result<LoopForces, Error> {
+        self.fetch_state()?;
         self.posed = false;
-        match &mut self.runs {
-            Runs::Host(host) => host.loop_forces(&self.model, &self.state, &self.forces),
+        let host = match &mut self.runs {
+            Runs::Host(host) => &mut **host,
             #[cfg(feature = "gpu")]
-            Runs::Gpu(_) => Ok(LoopForces::default()),
-        }
+            Runs::Gpu(remote) => remote.host(&self.model)?,
+        };
+        host.loop_forces(&self.model, &self.state, &self.forces)
     }
 
     /// Where a body is in the world.
@@ -481,9 +605,11 @@ impl Simulation {
                 (forces, host::workspace(solver, &self.model, own))
             }
             #[cfg(feature = "gpu")]
-            runs @ Runs::Gpu(_) => {
-                let own = runs.workspace(&self.model, &mut self.workspace);
-                (&self.forces, own)
+            Runs::Gpu(remote) => {
+                let host = remote.host(&self.model)?;
+                let (forces, solver) = host.all_forces(&self.model, &self.state, &self.forces)?;
+                let own = &mut self.workspace;
+                (forces, host::workspace(solver, &self.model, own))
             }
         };
         aba(&self.model, &self.state, forces, workspace)?;

@@ -28,7 +28,10 @@ pub(crate) const CAUTION: f64 = 1000.0;
 
 /// Errors of a precision that rounding alone makes likely, as multiples of its epsilon: no method in it
 /// is asked for less.
-const ROUNDING: f64 = 1024.0;
+pub(crate) const ROUNDING: f64 = 1024.0;
+
+/// The same once the drift of the bodies' places is taken out, which is done where less is asked for.
+const SETTLED: f64 = 64.0;
 
 /// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
 /// the bodies' equations ([`Loads::Rounding`]), which is a random sample of it.
@@ -97,14 +100,11 @@ impl Method {
         }
     }
 
-    /// The error that rounding in the bodies' equations leaves, whatever corrections are made. The
-    /// solution has it added: corrections follow.
-    fn rounding(&mut self, forces: &Forces) -> Result<f64, Error> {
-        let response = match self {
-            Self::Aba(workspace) => workspace.correct(forces, Loads::Rounding),
-            Self::Dca(workspace) => workspace.correct(forces, Loads::Rounding),
-        };
-        response.map(|response| response.change)
+    fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
+        match self {
+            Self::Aba(workspace) => workspace.correct(forces, loads),
+            Self::Dca(workspace) => workspace.correct(forces, loads),
+        }
     }
 
     /// Replaces joint forces by the accelerations H^-1 tau that they cause, both in the model's units, with the factors
@@ -134,6 +134,11 @@ struct Rung {
 }
 
 impl Rung {
+    /// Whether the drift of the bodies' places stands in the way of a tolerance.
+    fn settles(&self, tolerance: f64) -> bool {
+        ROUNDING * self.precision.epsilon() > tolerance
+    }
+
     /// The error that its factors make likely.
     fn likely(&self) -> f64 {
         ROUNDING * self.tree.epsilon()
@@ -156,7 +161,8 @@ impl Rung {
             Algorithm::Aba => cost::aba(bodies, self.precision),
             Algorithm::Dca => cost::dca(bodies, rounds, threads, self.precision),
         };
-        solve * cost::refined(self.algorithm, self.sweeps(tolerance))
+        let settling = if self.settles(tolerance) { solve } else { 0.0 };
+        solve * cost::refined(self.algorithm, self.sweeps(tolerance)) + settling
     }
 }
 
@@ -209,7 +215,7 @@ impl Ladder {
                 tree,
                 method: None,
             })
-            .filter(|rung| ROUNDING * rung.precision.epsilon() <= asked.tolerance)
+            .filter(|rung| SETTLED * rung.precision.epsilon() <= asked.tolerance)
             .collect();
         let cost = |rung: &Rung| {
             rung.cost(
@@ -327,6 +333,7 @@ impl Ladder {
     ) -> Result<Achieved, Error> {
         let options = (self.schedule, self.parallel);
         let rung = &mut self.rungs[at];
+        let corrections = Loads::of_correction(rung.settles(self.tolerance));
         let method = match &mut rung.method {
             Some(method) => method,
             none => none.insert(method(
@@ -337,7 +344,9 @@ impl Ladder {
             )?),
         };
         method.solve(model, state, forces)?;
-        let rounding = method.rounding(forces)?;
+        // What rounding in the bodies' equations leaves, whatever corrections are made. The solution has it
+        // added: corrections follow.
+        let rounding = method.correct(forces, Loads::Rounding)?.change;
         let mut achieved = Achieved {
             algorithm: rung.algorithm,
             precision: rung.precision,
@@ -348,7 +357,7 @@ impl Ladder {
         };
         let mut before = 1.0;
         while achieved.sweeps < SWEEPS {
-            let Refinement { residual, change } = method.refine(forces)?;
+            let Refinement { residual, change } = method.correct(forces, corrections)?;
             let expected = CAUTION * change / before;
             achieved.sweeps += 1;
             achieved.residual = residual;

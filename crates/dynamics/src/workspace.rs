@@ -1,5 +1,6 @@
 //! Scratch and results of the algorithms.
 
+use crate::balance::least_acceleration;
 use crate::correct::Corrections;
 use crate::derivatives::Tangents;
 use crate::link::{BodyFrame, Link, Scales};
@@ -23,8 +24,12 @@ pub struct Workspace {
     pub(crate) scales: Scales,
     pub(crate) arrays: Arrays,
     pub(crate) computed: Computed,
-    /// Time of the state that was set last \[s\].
+    /// Time of the state that was set last \[s\], its positions and rates.
     pub(crate) time: f64,
+    pub(crate) q: Vec<f64>,
+    pub(crate) qd: Vec<f64>,
+    /// [`largest_push`](crate::balance::largest_push) of the last solution.
+    pub(crate) push: f64,
     /// Joint accelerations [rad/s^2 or m/s^2].
     pub(crate) qdd: Vec<f64>,
     /// Joint forces [N m or N].
@@ -77,6 +82,9 @@ pub(crate) struct Computed {
     pub(crate) poses: bool,
     pub(crate) accelerations: bool,
     pub(crate) joint_wrenches: bool,
+    /// Whether the solution has been corrected, and the drift taken out of the bodies' places.
+    pub(crate) corrected: bool,
+    pub(crate) settled: bool,
 }
 
 /// The arrays of the sweeps, in the precision chosen.
@@ -85,6 +93,16 @@ pub(crate) enum Arrays {
     F32(Sweeps<f32>),
     F64(Sweeps<f64>),
     Reference(Sweeps<DoubleDouble>),
+}
+
+impl Arrays {
+    pub(crate) const fn precision(&self) -> Precision {
+        match self {
+            Self::F32(_) => Precision::F32,
+            Self::F64(_) => Precision::F64,
+            Self::Reference(_) => Precision::Reference,
+        }
+    }
 }
 
 /// Runs a generic expression on the arrays of whichever precision a workspace has.
@@ -251,6 +269,9 @@ impl Workspace {
             arrays,
             computed: Computed::default(),
             time: 0.0,
+            q: vec![0.0; model.position_count()],
+            qd: vec![0.0; model.dof_count()],
+            push: 0.0,
             qdd: vec![0.0; model.dof_count()],
             tau: vec![0.0; model.dof_count()],
             mass_matrix: Vec::new(),
@@ -277,16 +298,17 @@ impl Workspace {
     /// The precision it works in.
     #[must_use]
     pub fn precision(&self) -> Precision {
-        match self.arrays {
-            Arrays::F32(_) => Precision::F32,
-            Arrays::F64(_) => Precision::F64,
-            Arrays::Reference(_) => Precision::Reference,
-        }
+        self.arrays.precision()
     }
 
     /// Refuses a workspace made for another model.
     pub(crate) fn check_model(&self, model: &Model) -> Result<(), Error> {
         same_model(&self.model, model)
+    }
+
+    /// What errors of the joint accelerations are measured by at least.
+    pub(crate) fn least_acceleration(&self) -> f64 {
+        least_acceleration(&self.model, &self.scales, &self.qd, self.push)
     }
 
     pub(crate) fn require_state(&self) -> Result<(), Error> {

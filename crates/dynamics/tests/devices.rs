@@ -3,16 +3,19 @@
 #![cfg(feature = "gpu")]
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
+use glam::DVec3;
+use std::ops::ControlFlow;
 use std::sync::OnceLock;
 use vertebra_assembly::generate::{self, RandomTree, Rod};
-use vertebra_assembly::{Model, Random, State};
+use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::gpu::PoseBuffer;
 use vertebra_dynamics::{
     Algorithm, Device, Error, Forces, Integrator, Monitor, Precision, Simulation, SolverOptions,
-    Wrench,
+    Workspace, Wrench, aba,
 };
 use vertebra_gpu::wgpu::{Features, Limits};
 use vertebra_gpu::{Options, tests_are_left_out};
+use vertebra_spatial::Pose;
 
 /// The processor and a GPU, one for all tests.
 fn devices() -> Vec<Device> {
@@ -205,23 +208,154 @@ fn refusals_leave_the_state() {
     assert_eq!(midpoint.time(), state.time);
     let mut midpoint = midpoint.with_integrator(Integrator::RungeKutta4);
     midpoint.step(1e-3).unwrap();
-    let mut watched = on().with_monitor(Monitor::every(10, 1e-9));
-    let refused = watched.step(1e-3).unwrap_err();
-    assert!(
-        matches!(refused, Error::UnavailableOnGpu { .. }),
-        "{refused}"
-    );
     let recursion = SolverOptions {
         algorithm: Some(Algorithm::Aba),
         ..SolverOptions::default()
     };
-    for options in [recursion, SolverOptions::to_tolerance(1e-9)] {
-        let refused = on().with_solver(&options).unwrap_err();
-        assert!(
-            matches!(refused, Error::UnavailableOnGpu { .. }),
-            "{refused}"
-        );
+    let refused = on().with_solver(&recursion).unwrap_err();
+    assert!(
+        matches!(refused, Error::UnavailableOnGpu { .. }),
+        "{refused}"
+    );
+    let refused = on().with_solver(&SolverOptions::to_tolerance(0.0));
+    assert!(matches!(refused, Err(Error::ToleranceRange { .. })));
+}
+
+/// Checks on a GPU find the error there is, change nothing, and end a run where they are told to.
+#[test]
+fn errors_are_watched_on_a_gpu() {
+    let Some(device) = gpu() else { return };
+    let model = generate::random_chain(40, &Rod::default(), 2).unwrap();
+    let on = || {
+        let simulation = Simulation::on(&device, model.clone()).unwrap();
+        let mut simulation = simulation.with_precision(Precision::F32).unwrap();
+        simulation.set_state(State::random(&model, 3)).unwrap();
+        simulation
+    };
+    let mut plain = on();
+    let exact = reference(&model, plain.state().unwrap());
+    let largest = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let errors = plain.accelerations().unwrap().into_iter().zip(&exact);
+    let error = errors.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / largest;
+    plain.steps(1e-4, 25).unwrap();
+    let mut watched = on().with_monitor(Monitor::every(10, 1e-8));
+    watched.steps(1e-4, 3).unwrap();
+    let first = *watched.monitor().unwrap().latest().unwrap();
+    assert_eq!((first.step, first.time), (0, 0.0));
+    // The state on the device is rounded to f32, which is no error of the solution.
+    let found = first.found.change;
+    assert!(
+        found > 0.02 * error && found < 50.0 * error,
+        "{found:e} of {error:e}"
+    );
+    watched.steps(1e-4, 22).unwrap();
+    assert_eq!(plain.state().unwrap(), watched.state().unwrap());
+    let monitor = watched.monitor().unwrap();
+    assert_eq!((monitor.checks(), monitor.exceeded()), (3, 3));
+    assert_eq!(monitor.latest().unwrap().step, 20);
+    let mut calls = 0;
+    let ends_at_third = Monitor::every(5, 1e-8).on_exceeded(move |_| {
+        calls += 1;
+        if calls < 3 {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    });
+    let mut ended = on().with_monitor(ends_at_third);
+    let error = ended.steps(1e-4, 25).unwrap_err();
+    let Error::Step {
+        step: 10,
+        count: 25,
+        source,
+    } = &error
+    else {
+        panic!("{error:?}");
+    };
+    assert!(matches!(**source, Error::Inexact { .. }), "{error}");
+    assert!((ended.time() - 1e-3).abs() < 1e-12);
+    let mut ten = on();
+    ten.steps(1e-4, 10).unwrap();
+    assert_eq!(ten.state().unwrap().q, ended.state().unwrap().q);
+}
+
+fn reference(model: &Model, state: &State) -> Vec<f64> {
+    let mut workspace = Workspace::new(model, Precision::Reference);
+    let exact = aba(model, state, &Forces::none(model), &mut workspace).unwrap();
+    exact.to_vec()
+}
+
+/// A GPU takes what meets a tolerance, from the cheapest on, and leaves to the processor what it cannot meet.
+#[test]
+fn a_tolerance_is_met_on_a_gpu() {
+    let Some(device) = gpu().filter(has_f64) else {
+        return;
+    };
+    let masses = generate::Masses::HeavyLast(1e8);
+    let even = generate::random_chain(60, &Rod::default(), 2).unwrap();
+    let heavy = generate::uneven_tree(60, 1, &Rod::default(), &masses, 5).unwrap();
+    for (model, tolerance, on_gpu, sweeps) in [
+        (&even, 1e-3, true, 0),
+        (&even, 1e-9, true, 0),
+        // Joins in f64 lose eight digits in chunks of four, in those of corrections none.
+        (&heavy, 1e-12, true, 1),
+        (&even, 1e-14, false, 0),
+    ] {
+        let simulation = Simulation::on(&device, model.clone()).unwrap();
+        let mut simulation = (simulation)
+            .with_solver(&SolverOptions::to_tolerance(tolerance))
+            .unwrap();
+        let state = State::random(model, 3);
+        simulation.set_state(state.clone()).unwrap();
+        let found = simulation.accelerations().unwrap();
+        let exact = reference(model, &state);
+        let largest = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let errors = found.iter().zip(&exact).map(|(a, b)| (a - b).abs());
+        let error = errors.fold(0.0, f64::max) / largest;
+        // In f32 the state is rounded first.
+        assert!(error <= tolerance, "{tolerance:e}: {error:e}");
+        let achieved = *simulation.achieved().unwrap();
+        assert!(achieved.error <= tolerance, "{tolerance:e}: {achieved}");
+        assert_eq!(simulation.choice().on_gpu, on_gpu, "{achieved}");
+        if on_gpu {
+            assert_eq!(achieved.sweeps, sweeps, "{achieved}");
+        }
+        simulation.steps(1e-5, 70).unwrap();
+        assert!((simulation.time() - 70e-5).abs() < 1e-12);
+        assert!(simulation.achieved().unwrap().error <= tolerance);
     }
+}
+
+/// A state in which the device is no longer so exact goes on on the processor, without a step lost.
+#[test]
+fn what_a_gpu_cannot_meet_goes_on_on_the_processor() {
+    let Some(device) = gpu().filter(has_f64) else {
+        return;
+    };
+    // Thin rods, every other one about itself: what turns them is rounded off beside the other moments.
+    let mut description = ModelDescription::new("spinning");
+    let name = |index: usize| format!("rod {index}");
+    for index in 0..20_usize {
+        let axis = if index % 2 == 0 { DVec3::X } else { DVec3::Z };
+        let at = DVec3::Z * if index == 0 { 0.0 } else { 1.0 };
+        let joint = Joint::revolute(axis).at(Pose::from_translation(at));
+        let parent = index.checked_sub(1).map(name);
+        let mass = MassProperties::rod(1.0, 1.0, 1e-4);
+        description = description.body(name(index), parent.as_deref(), joint, mass);
+    }
+    let model = description.build().unwrap();
+    let state = State::random(&model, 5);
+    let tolerance = SolverOptions::to_tolerance(1e-12);
+    let run = |device: &Device| {
+        let simulation = Simulation::on(device, model.clone()).unwrap();
+        let mut simulation = simulation.with_solver(&tolerance).unwrap();
+        simulation.set_state(state.clone()).unwrap();
+        simulation.steps(1e-5, 5).unwrap();
+        simulation
+    };
+    let (mut there, mut here) = (run(&device), run(&Device::cpu()));
+    assert!(!there.choice().on_gpu, "{}", there.choice());
+    assert_eq!(there.state().unwrap(), here.state().unwrap());
 }
 
 /// What only a GPU is asked for has a door of its own: corrections of every solution.

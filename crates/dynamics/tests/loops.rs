@@ -216,7 +216,7 @@ fn elements_act_in_closed_loops() {
         lost > 0.1 && end.kinetic_energy <= 1e-6 * lost,
         "{lost}, {end:?}"
     );
-    let dampers = simulation.work().dampers;
+    let dampers = simulation.work().unwrap().dampers;
     assert!((dampers + lost).abs() <= 0.02 * lost, "{dampers} of {lost}");
 }
 

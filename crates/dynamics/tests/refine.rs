@@ -157,6 +157,50 @@ fn uneven_masses() {
     }
 }
 
+/// What rounding adds up of places along a chain, and two corrections took over, is gone: what is left does not
+/// grow with the number of bodies. Joints of all kinds, both algorithms.
+#[test]
+fn drift_is_taken_out() {
+    let rods = |seed| generate::random_chain(1500, &Rod::default(), seed).unwrap();
+    let mixed = |seed| {
+        let shape = RandomTree {
+            reach: 1,
+            floating: seed % 2 == 0,
+            ..RandomTree::mixed(1500)
+        };
+        generate::random_tree(&shape, seed).unwrap()
+    };
+    for models in [rods as fn(u64) -> Model, mixed] {
+        let (mut once, mut twice) = (0.0_f64, 0.0_f64);
+        for seed in 0..4 {
+            let model = models(seed);
+            let (state, forces) = inputs(&model, seed);
+            let reference = reference(&model, &state, &forces);
+            let error = |qdd: &[f64]| forward_error(qdd, &reference).unwrap();
+            let mut recursion = Workspace::new(&model, Precision::F64);
+            aba(&model, &state, &forces, &mut recursion).unwrap();
+            let mut joined = tree(&model, Precision::F64, Precision::F64, 32);
+            dca(&model, &state, &forces, &mut joined).unwrap();
+            for largest in [&mut once, &mut twice] {
+                refine(&forces, &mut recursion).unwrap();
+                refine(&forces, &mut joined).unwrap();
+                for qdd in [
+                    recursion.joint_accelerations(),
+                    joined.joint_accelerations(),
+                ] {
+                    *largest = largest.max(error(qdd.unwrap()));
+                }
+            }
+            // And the forces still solve the equations of the bodies.
+            let left = residual(&model, &state, &forces, &recursion).unwrap();
+            let bound = 64.0 * f64::EPSILON * model.depth() as f64;
+            assert!(left.by_body <= bound, "{left:?}");
+        }
+        assert!(twice <= 64.0 * f64::EPSILON, "{once:e}, {twice:e}");
+        assert!(twice <= 0.2 * once, "{once:e}, {twice:e}");
+    }
+}
+
 /// The forces in the joints are refined with the accelerations, and are not computed anew after.
 #[test]
 fn forces_in_the_joints() {
@@ -225,7 +269,7 @@ fn threads_change_nothing() {
         };
         let mut workspace = DcaWorkspace::new(&model, &options).unwrap();
         dca(&model, &state, &forces, &mut workspace).unwrap();
-        let refined = refine(&forces, &mut workspace).unwrap();
+        let refined = [(); 2].map(|()| refine(&forces, &mut workspace).unwrap());
         let qdd = workspace.joint_accelerations().unwrap();
         let bits: Vec<_> = qdd.iter().map(|x| x.to_bits()).collect();
         (bits, refined)

@@ -3,11 +3,13 @@
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
 use glam::DVec3;
+use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex};
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::{
     Algorithm, Error, Forces, Monitor, Precision, Simulation, Solver, SolverOptions, Workspace,
-    aba, forward_error,
+    Wrench, aba, forward_error, rnea,
 };
 use vertebra_spatial::Pose;
 
@@ -207,4 +209,133 @@ fn errors_are_watched() {
     let exact = run(Some(Monitor::every(1, 1e-3)));
     let monitor = exact.monitor().unwrap();
     assert_eq!((monitor.checks(), monitor.exceeded()), (25, 0));
+}
+
+/// A check that found too much is told at once, and may end the run before its step.
+#[test]
+fn a_monitor_ends_a_run() {
+    let model = generate::random_chain(40, &Rod::default(), 2).unwrap();
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let kept = Arc::clone(&told);
+    let monitor = Monitor::every(4, 1e-8).on_exceeded(move |check| {
+        kept.lock().unwrap().push(*check);
+        if check.step < 8 {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    });
+    let simulation = Simulation::new(model.clone()).unwrap();
+    let mut simulation = simulation.with_precision(Precision::F32).unwrap();
+    simulation.set_state(State::random(&model, 3)).unwrap();
+    let mut simulation = simulation.with_monitor(monitor);
+    let error = simulation.steps(1e-4, 20).unwrap_err();
+    let Error::Step {
+        step: 8,
+        count: 20,
+        source,
+    } = &error
+    else {
+        panic!("{error:?}");
+    };
+    let Error::Inexact {
+        time,
+        error: found,
+        tolerance,
+    } = **source
+    else {
+        panic!("{error:?}");
+    };
+    let told = told.lock().unwrap();
+    let steps: Vec<u64> = told.iter().map(|check| check.step).collect();
+    assert_eq!(steps, [0, 4, 8]);
+    assert_eq!((told[2].time, told[2].found.change), (time, found));
+    assert_eq!((tolerance, simulation.time()), (1e-8, time));
+    assert!((time - 8e-4).abs() < 1e-15 && found > tolerance);
+    // What is asked for next is checked again: with more precision it goes on.
+    assert!(matches!(simulation.step(1e-4), Err(Error::Inexact { .. })));
+    let mut simulation = simulation.with_precision(Precision::F64).unwrap();
+    simulation.steps(1e-4, 20).unwrap();
+    let monitor = simulation.monitor().unwrap();
+    assert_eq!((monitor.checks(), monitor.exceeded()), (9, 4));
+}
+
+/// A chain of rods along z in its neutral position, hinged about y and x in turn.
+fn straight(count: usize, gravity: DVec3) -> Model {
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
+    let mut description = ModelDescription::new("straight").gravity(gravity);
+    for index in 0..count {
+        let name = |index: usize| format!("rod-{index}");
+        let parent = index.checked_sub(1).map(name);
+        let joint = Joint::revolute([DVec3::Y, DVec3::X][index % 2]);
+        let joint = joint.at(Pose::from_translation(DVec3::Z));
+        description = description.body(name(index), parent.as_deref(), joint, rod);
+    }
+    description.build().unwrap()
+}
+
+/// Sets joint forces that hold a model where it is.
+fn hold(model: &Model, state: &State, forces: &mut Forces) {
+    let mut workspace = Workspace::new(model, Precision::F64);
+    let none = vec![0.0; model.dof_count()];
+    let holding = rnea(model, state, &none, forces, &mut workspace).unwrap();
+    forces.joint = holding.to_vec();
+}
+
+/// Where loads balance there is no acceleration to be exact about, and no need of more than f64: a chain
+/// that hangs, a tree that is held, a body that turns steadily, a push that is withstood.
+#[test]
+fn balanced_loads_are_what_errors_are_measured_by() {
+    let hanging = straight(30, DVec3::NEG_Z * 9.81);
+    let mut upside_down = State::neutral(&hanging);
+    // An angle of which f64 has no exact sine.
+    upside_down.q[0] = core::f64::consts::PI;
+    let shape = RandomTree {
+        reach: 3,
+        ..RandomTree::mixed(40)
+    };
+    let tree = generate::random_tree(&shape, 3).unwrap();
+    let mut still = State::random(&tree, 4);
+    still.qd.fill(0.0);
+    let mut holding = Forces::none(&tree);
+    hold(&tree, &still, &mut holding);
+    let wheel = ModelDescription::new("satellite").gravity(DVec3::ZERO);
+    let cylinder = MassProperties::rod(3.0, 0.4, 0.2);
+    let wheel = wheel
+        .body("wheel", None, Joint::free(), cylinder)
+        .build()
+        .unwrap();
+    let mut turning = State::random(&wheel, 5);
+    turning.qd = vec![0.0, 0.0, 40.0, 0.0, 0.0, 0.0];
+    let arm = straight(6, DVec3::ZERO);
+    let mut bent = State::random(&arm, 6);
+    bent.qd.fill(0.0);
+    let mut pushed = Forces::none(&arm);
+    pushed.push(
+        arm.last_body(),
+        Wrench::at_center(DVec3::new(30.0, -20.0, 10.0)),
+    );
+    hold(&arm, &bent, &mut pushed);
+
+    for (model, state, forces) in [
+        (&hanging, &upside_down, &Forces::none(&hanging)),
+        (&tree, &still, &holding),
+        (&wheel, &turning, &Forces::none(&wheel)),
+        (&arm, &bent, &pushed),
+    ] {
+        for algorithm in [Algorithm::Aba, Algorithm::Dca] {
+            let mut solver = Solver::new(model, &options(1e-10, algorithm)).unwrap();
+            let qdd = solver.forward_dynamics(model, state, forces).unwrap();
+            let largest = qdd.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            let found = error(model, state, forces, qdd);
+            let achieved = solver.achieved().unwrap();
+            let label = format!("{achieved}: {found:e}, largest {largest:e}");
+            // Rounding alone moves anything; beside itself it would be an error of 1.
+            assert!(largest <= 1e-9, "{label}");
+            assert!(
+                found <= 1e-10 && achieved.precision == Precision::F64,
+                "{label}"
+            );
+        }
+    }
 }

@@ -2,8 +2,8 @@
 //!
 //! | module | reads | gives |
 //! |---|---|---|
-//! | [`mjcf`] | MuJoCo's robots and scenes | model, shapes, actuators, couplings |
-//! | [`sdf`] | the models of SDFormat | model, shapes, joints that close loops |
+//! | [`mjcf`] | MuJoCo's robots and scenes | model with its loops, shapes, actuators |
+//! | [`sdf`] | the models of SDFormat | model with its loops, shapes |
 //! | [`pdb`] | proteins, PDB and mmCIF | chains that turn about their torsion angles |
 //! | [`bvh`] | motion capture | skeleton, and its motion as positions over time |
 //! | [`strands`] | hair, ropes, roots: polylines | chains along them |

@@ -175,7 +175,7 @@ fn displacements_of_inner_joints_are_listed() {
     let capture = bvh::parse(text, &Options::default()).unwrap();
     assert_eq!(
         capture.ignored[0].to_string(),
-        "line 2: `Xposition` of joint `b` has no effect"
+        "line 2: `Xposition` of joint `b` has no effect: bones keep their lengths"
     );
     assert_eq!(capture.motion.frame(0).unwrap()[..3], [0.0; 3]);
 }

@@ -1,89 +1,13 @@
 //! Damaged files never panic, and what is accepted is a sound model.
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../../assembly/tests/common/damage.rs"]
+mod damage;
+
+use damage::{damaged, damages};
 use proptest::prelude::*;
 use vertebra_assembly::{Joint, Model, State};
 use vertebra_files::{FileError, bvh, strands};
-
-/// What damage is done with.
-const DEBRIS: [&str; 18] = [
-    "nan",
-    "inf",
-    "-1",
-    "1e999",
-    "1e308",
-    "-1e-320",
-    "0",
-    "",
-    " ",
-    "'",
-    "\"",
-    "<",
-    "/>",
-    "{",
-    "}",
-    "\0",
-    "\u{e9}",
-    "99999999999999999999",
-];
-
-/// A text with one thing done to it: cut, replaced at a number, or a stretch copied elsewhere.
-/// Positions are in 1/4096 of its length.
-#[derive(Clone, Debug)]
-enum Damage {
-    Cut(usize, usize),
-    Insert(usize, usize),
-    Number(usize, usize),
-    Copy(usize, usize, usize),
-    Truncate(usize),
-}
-
-fn damages() -> impl Strategy<Value = Vec<Damage>> {
-    let at = 0..4096_usize;
-    let damage = prop_oneof![
-        (at.clone(), 1..40_usize).prop_map(|(a, n)| Damage::Cut(a, n)),
-        (at.clone(), 0..DEBRIS.len()).prop_map(|(a, i)| Damage::Insert(a, i)),
-        (at.clone(), 0..DEBRIS.len()).prop_map(|(a, i)| Damage::Number(a, i)),
-        (at.clone(), 1..200_usize, at.clone()).prop_map(|(a, n, b)| Damage::Copy(a, n, b)),
-        at.prop_map(Damage::Truncate),
-    ];
-    prop::collection::vec(damage, 1..4)
-}
-
-fn damaged(text: &str, damages: &[Damage]) -> String {
-    let mut chars: Vec<char> = text.chars().collect();
-    for damage in damages {
-        let place = |at: usize| at * chars.len() / 4096;
-        let debris = |index: usize| DEBRIS[index].chars().collect::<Vec<char>>();
-        match *damage {
-            Damage::Cut(at, length) => {
-                let at = place(at);
-                let end = (at + length).min(chars.len());
-                chars.drain(at..end);
-            }
-            Damage::Insert(at, index) => {
-                let at = place(at);
-                chars.splice(at..at, debris(index));
-            }
-            Damage::Number(at, index) => {
-                let digit = |c: &char| c.is_ascii_digit() || *c == '.' || *c == '-';
-                if let Some(start) = chars[place(at)..].iter().position(digit) {
-                    let start = place(at) + start;
-                    let length = chars[start..].iter().take_while(|c| digit(c)).count();
-                    chars.splice(start..start + length, debris(index));
-                }
-            }
-            Damage::Copy(from, length, to) => {
-                let (from, to) = (place(from), place(to));
-                let end = (from + length).min(chars.len());
-                let stretch = chars[from..end].to_vec();
-                chars.splice(to..to, stretch);
-            }
-            Damage::Truncate(at) => chars.truncate(place(at)),
-        }
-    }
-    chars.into_iter().collect()
-}
 
 /// An error that names something, or a model that survives being written down.
 fn sound<T>(read: Result<T, FileError>, model: impl Fn(&T) -> Option<Model>) {
@@ -136,11 +60,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn mjcf_is_refused_or_sound(damages in damages(), which in 0..3_usize) {
+    fn mjcf_is_refused_or_sound(damages in damages(), which in 0..4_usize) {
         let texts = [
             include_str!("data/quadruped.xml"),
             include_str!("data/mechanism.xml"),
             include_str!("data/chain.xml"),
+            include_str!("data/linkage.xml"),
         ];
         let text = damaged(texts[which], &damages);
         let options = vertebra_files::mjcf::Options::default();

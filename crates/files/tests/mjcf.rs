@@ -7,9 +7,11 @@ use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
 use std::sync::Arc;
 use vertebra_assembly::xml::XmlProblem;
-use vertebra_assembly::{JointKind, Model, State};
-use vertebra_dynamics::{Elements, Forces, Precision, Workspace, aba, forward_kinematics};
-use vertebra_files::mjcf::{self, Drive, Options, Robot};
+use vertebra_assembly::{Closure, JointKind, Model, State};
+use vertebra_dynamics::{
+    Elements, Forces, Motor, Precision, Simulation, Workspace, aba, forward_kinematics,
+};
+use vertebra_files::mjcf::{self, Options, Robot};
 use vertebra_files::{FileError, Problem, Shape, TriangleSoup};
 use vertebra_spatial::Pose;
 
@@ -164,24 +166,14 @@ fn classes_actuators_and_limits() {
     let [hip, knee, motor, speed] = &robot.actuators[..] else {
         unreachable!("four actuators")
     };
-    assert_eq!(
-        hip.drive,
-        Drive::Position {
-            stiffness: 40.0,
-            damping: 2.0
-        }
-    );
-    assert_eq!(hip.force_range, Some([-30.0, 30.0]));
-    assert_eq!(
-        knee.drive,
-        Drive::Position {
-            stiffness: 25.0,
-            damping: 2.0
-        }
-    );
+    let servo = |stiffness: f64, damping: f64| (stiffness, [0.0, -stiffness, -damping]);
+    assert_eq!((hip.gain, hip.bias), servo(40.0, 2.0));
+    assert_eq!(hip.largest_force, Some(30.0));
+    assert_eq!((knee.gain, knee.bias), servo(25.0, 2.0));
     assert_eq!(knee.control_range, Some([-2.0, 0.0]));
-    assert_eq!((motor.drive, motor.gear), (Drive::Motor, 12.0));
-    assert_eq!(speed.drive, Drive::Velocity { damping: 3.0 });
+    assert!((knee.reference - degrees(-40.0)).abs() < 1e-15);
+    assert_eq!((motor.gain, motor.gear), (1.0, 12.0));
+    assert_eq!((speed.gain, speed.bias), (3.0, [0.0, 0.0, -3.0]));
     assert_eq!(robot.time_step, Some(0.002));
     let imu = model.find_frame("imu").unwrap();
     assert_eq!(imu.body, model.find("trunk"));
@@ -200,45 +192,151 @@ fn equalities_hold_bodies_where_the_file_has_them() {
              <body name="c" pos="0 2 1" euler="0 0 90"><joint name="c"/><geom size="0.1"/></body>
            </worldbody>
            <equality>
-             <connect name="k" body1="b" body2="c" anchor="0.1 0 0"/>
+             <connect name="k" body1="b" body2="c" anchor="0.1 0 0" solref="0.01 1"/>
              <weld body1="c" relpose="0 0 0 0 0 0 0"/>
              <joint joint1="b" joint2="a" polycoef="0.5 -2 0 0 0"/>
              <joint joint1="c" joint2="a" polycoef="0 1 1 0 0"/>
              <tendon tendon1="t"/>
+             <weld body1="a" active="false"/>
+             <conect body1="a"/>
            </equality></mujoco>"#,
     )
     .unwrap();
-    let [connect, weld] = &robot.couplings[..] else {
-        unreachable!("two couplings")
+    let [connect, weld] = robot.model.loops() else {
+        unreachable!("two loops")
     };
     let id = |name: &str| robot.model.find(name);
+    assert_eq!((connect.name.as_str(), weld.name.as_str()), ("k", "weld"));
     assert_eq!(
-        (connect.first, connect.second, connect.is_weld),
-        (id("b"), id("c"), false)
+        (connect.bodies, connect.closure),
+        ([id("b"), id("c")], Closure::Ball)
     );
     // The point (1.1, 0, 1), seen from c at (0, 2, 1), which is turned to the left.
     let expected = DVec3::new(-2.0, -1.1, 0.0);
-    assert!((connect.second_place.translation - expected).length() < 1e-15);
+    assert!((connect.placements[1].translation - expected).length() < 1e-15);
     assert_eq!(
-        (weld.first, weld.second, weld.is_weld),
-        (id("c"), None, true)
+        (weld.bodies, weld.closure),
+        ([id("c"), None], Closure::Weld)
     );
-    assert!((weld.first_place.inverse().translation - DVec3::new(0.0, 2.0, 1.0)).length() < 1e-15);
-    let mimic = robot
+    let back = weld.placements[0].inverse().translation;
+    assert!((back - DVec3::new(0.0, 2.0, 1.0)).length() < 1e-15);
+    let [gears] = &robot.model.couplings().collect::<Vec<_>>()[..] else {
+        unreachable!("one coupling")
+    };
+    assert_eq!((Some(gears.body), Some(gears.other)), (id("b"), id("a")));
+    assert_eq!((gears.ratio, gears.offset), (-2.0, 0.5));
+    let listed: Vec<String> = robot.ignored.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        listed,
+        [
+            "line 7: `solref` of <connect> has no effect",
+            "line 10: <joint> of <equality> has no effect: its polynomial is no line, which couplings are",
+            "line 11: <tendon> of <equality> has no effect",
+            "line 12: <weld> of <equality> has no effect: it is not active",
+            "line 13: <conect> of <equality> has no effect: is <connect> meant?",
+        ]
+    );
+}
+
+/// Every equality at once: the states in which MuJoCo's residual of them is zero close our loops, and our
+/// accelerations are those that MuJoCo's mass matrix, forces and constraint Jacobian give.
+#[test]
+fn closed_loops_move_as_mujocos_equalities_demand() {
+    let robot = parse(include_str!("data/linkage.xml")).unwrap();
+    assert!(robot.ignored.is_empty(), "{:?}", robot.ignored);
+    let model = &robot.model;
+    assert_eq!((model.loops().len(), model.couplings().count()), (4, 2));
+    let gold: Value = serde_json::from_str(include_str!("data/linkage.gold.json")).unwrap();
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    for theirs in gold["cases"].as_array().unwrap() {
+        let case = case(model, &gold, theirs);
+        simulation.set_state(case.state).unwrap();
+        simulation
+            .forces_mut()
+            .joint
+            .copy_from_slice(&case.forces.joint);
+        let violation = simulation.loop_violation().unwrap();
+        assert!(
+            violation.position < 1e-13 && violation.rate < 1e-12,
+            "{violation:?}"
+        );
+        let qdd = simulation.solve().unwrap().joint_accelerations().unwrap();
+        let largest = case.qdd.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        for (index, (ours, theirs)) in qdd.iter().zip(&case.qdd).enumerate() {
+            let apart = (ours - theirs).abs() / largest;
+            assert!(
+                apart < TOLERANCE,
+                "freedom {index}: {ours} against {theirs}"
+            );
+        }
+        simulation.steps(1e-3, 500).unwrap();
+        let violation = simulation.loop_violation().unwrap();
+        assert!(violation.position < 1e-9, "{violation:?}");
+    }
+}
+
+/// Joint forces of actuators by hand, and why others are no motors.
+#[test]
+fn actuators_are_motors_where_they_are_affine() {
+    let text = with("<joint name='j' ref='30' actuatorfrcrange='-9 9'/><geom size='1'/>").replace(
+        "</worldbody>",
+        "<body><joint name='k'/><joint name='b' type='ball' pos='1 0 0'/><geom size='1'/></body></worldbody>
+<default><general ctrlrange='-1 1'/><position kp='7'/></default>
+<actuator>
+<general joint='j' gainprm='5' biastype='affine' biasprm='0.5 -2 -0.25' gear='3'/>
+<position joint='j' ctrllimited='false' kv='0.5'/>
+<velocity joint='k' kv='4' forcerange='-2 2' ctrllimited='false'/>
+<motor joint='k'/>
+<motor joint='j' forcerange='-1 2'/>
+<motor joint='j' gaer='2'/>
+<motor joint='b'/>
+<motor tendon='t'/>
+<general joint='j' dyntype='integrator'/>
+<general joint='j' biastype='affine' biasprm='0 1'/>
+<position joint='j' dampratio='1'/>
+<muscle joint='j'/>
+<moter joint='j'/>
+</actuator>",
+    );
+    let robot = parse(&text).unwrap();
+    let listed: Vec<String> = robot.ignored.iter().map(ToString::to_string).collect();
+    let expected = [
+        "line 11: <motor> of <actuator> has no effect: its joint has another one, and bounded forces do not add up to one motor",
+        "line 12: <motor> of <actuator> has no effect: `forcerange` is not the same in both directions",
+        "line 13: `gaer` of <motor> has no effect: is `gear` meant?",
+        "line 14: <motor> of <actuator> has no effect: its joint has several freedoms",
+        "line 15: <motor> of <actuator> has no effect: it drives no joint",
+        "line 16: <general> of <actuator> has no effect: it has a state of its own (`dyntype`)",
+        "line 17: <general> of <actuator> has no effect: its force grows with position or rate, which no motor's does",
+        "line 18: <position> of <actuator> has no effect: `dampratio` needs MuJoCo's estimate of inertia; state `kv`",
+        "line 19: <muscle> of <actuator> has no effect: it has a state of its own",
+        "line 20: <moter> of <actuator> has no effect: is <motor> meant?",
+    ];
+    assert_eq!(listed, expected);
+    let [first, second] = robot.motors(&[4.0, 4.0, 0.5, -0.1]).unwrap()[..] else {
+        unreachable!("two joints are driven")
+    };
+    // Controls 1 (cut off), 4 and -0.1, at q and qd of the joint; its position in the file is q + 30 degrees.
+    let (q, qd) = (0.3, -0.8);
+    let angle = q + 30_f64.to_radians();
+    let (l, dl) = (3.0 * angle, 3.0 * qd);
+    let general = 3.0 * (5.0 + 0.5 - 2.0 * l - 0.25 * dl);
+    let by_hand = general + 7.0 * (4.0 - angle) - 0.5 * qd - 0.1;
+    let force = |motor: &Motor| motor.force - motor.stiffness * q - motor.damping * qd;
+    assert!((force(&first.1) - by_hand).abs() < 1e-14 * by_hand.abs());
+    assert_eq!((first.1.limit, first.0), (f64::INFINITY, robot.joints["j"]));
+    assert_eq!(force(&second.1), 4.0 * 0.5 - 4.0 * qd);
+    assert_eq!(second.1.limit, 2.0);
+    let effort = robot
         .model
-        .body(id("b").unwrap())
+        .body(robot.joints["j"])
         .unwrap()
         .joint
-        .mimic
-        .clone()
-        .unwrap();
-    assert_eq!(
-        (mimic.body.as_str(), mimic.multiplier, mimic.offset),
-        ("a", -2.0, 0.5)
-    );
-    let listed: Vec<String> = robot.ignored.iter().map(ToString::to_string).collect();
-    assert_eq!(listed.len(), 2, "{listed:?}");
-    assert!(listed[1].contains("<tendon> of <equality>"), "{listed:?}");
+        .limits
+        .unwrap()
+        .effort;
+    assert_eq!(effort, Some(9.0));
+    assert!(robot.motors(&[1.0]).is_err());
 }
 
 #[test]
@@ -365,6 +463,24 @@ fn mistakes_are_named_with_line_and_element() {
     refused("<mujoco>\n<include file='x'/></mujoco>", 2, "expanded");
     let problem = refused("<mujoco>\n<worldbody x></mujoco>", 2, "XML");
     assert!(matches!(problem, Problem::Xml(XmlProblem::NotXml { .. })));
+    let equality = |text: &str| {
+        with(&format!("{joint}<geom size='1'/>")).replace(
+            "</mujoco>",
+            &format!("\n<equality>{text}</equality></mujoco>"),
+        )
+    };
+    refused(
+        &equality("<connect name='c' body1='b' body2='b'/>"),
+        6,
+        "connects a body to itself",
+    );
+    refused(&equality("<weld body1='x'/>"), 6, "names the body `x`");
+    refused(
+        &equality("<weld site1='x' site2='y'/>"),
+        6,
+        "names the site `x`",
+    );
+    refused(&equality("<connect anchor='0 0 0'/>"), 6, "`body1`");
     let motor = with(&format!("{joint}<geom size='1'/>")).replace(
         "</mujoco>",
         "\n<actuator><motor joint='k'/></actuator></mujoco>",

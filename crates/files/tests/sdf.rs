@@ -4,10 +4,14 @@
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use vertebra_assembly::{JointKind, Spring, State};
-use vertebra_dynamics::{Forces, Precision, Workspace, aba, forward_kinematics};
+use std::f64::consts::FRAC_PI_2;
+use vertebra_assembly::{
+    Closure, Joint, JointKind, MassProperties, Model, ModelDescription, Spring, State,
+};
+use vertebra_dynamics::{Forces, Precision, Simulation, Workspace, aba, forward_kinematics};
 use vertebra_files::Problem;
 use vertebra_files::sdf::{self, Import};
+use vertebra_spatial::Pose;
 
 const ROVER: &str = include_str!("data/rover.sdf");
 
@@ -25,10 +29,10 @@ fn bodies_stand_where_their_frames_say() {
     let model = &import.model;
     let mut workspace = Workspace::new(model, Precision::F64);
     forward_kinematics(model, &State::neutral(model), &mut workspace).unwrap();
-    let rover = at(0.0, 1.0, 0.5) * DAffine3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+    let rover = at(0.0, 1.0, 0.5) * DAffine3::from_rotation_z(FRAC_PI_2);
     let chassis = rover * at(0.0, 0.0, 0.1);
     let axle = chassis * at(0.3, 0.0, -0.1);
-    let wheel = axle * at(0.0, 0.3, 0.0) * DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2);
+    let wheel = axle * at(0.0, 0.3, 0.0) * DAffine3::from_rotation_x(-FRAC_PI_2);
     let tilt = DAffine3::from_quat(DQuat::from_xyzw(0.0, 0.1, 0.0, 1.0).normalize());
     let mast = chassis * at(0.1, 0.0, 0.6) * tilt;
     for (name, expected) in [("chassis", chassis), ("wheel", wheel), ("mast", mast)] {
@@ -84,19 +88,18 @@ fn joints_turn_about_the_axes_stated() {
         import.joints["rover::neck"],
         model.find("rover::mast").unwrap()
     );
-    let [stay] = &import.closures[..] else {
+    let [stay] = model.loops() else {
         unreachable!("one joint closes a loop")
     };
     assert_eq!(
-        (stay.name.as_str(), stay.kind),
-        ("rover::stay", JointKind::Spherical)
+        (stay.name.as_str(), stay.closure),
+        ("rover::stay", Closure::Ball)
     );
-    assert_eq!(
-        (stay.parent, stay.child),
-        (model.find("rover::chassis"), model.find("rover::mast"))
-    );
-    assert!((stay.parent_place.translation - DVec3::new(0.1, 0.0, 0.6)).length() < 1e-15);
-    assert!(stay.child_place.translation.length() < 1e-15);
+    let ends = ["rover::chassis", "rover::mast"].map(|name| model.find(name));
+    assert_eq!(stay.bodies, ends);
+    let [on_chassis, on_mast] = stay.placements.map(|placement| placement.translation);
+    assert!((on_chassis - DVec3::new(0.1, 0.0, 0.6)).length() < 1e-15);
+    assert!(on_mast.length() < 1e-15);
     // A universal joint crosses at the neck, wherever it turns.
     let mut state = State::neutral(model);
     let mast = body("rover::mast");
@@ -233,4 +236,104 @@ fn mistakes_are_named_with_line_and_element() {
     refused(&circle, 3, "own ancestor");
     let error = sdf::read("no/such.sdf").unwrap_err();
     assert!(error.to_string().starts_with("no/such.sdf: "), "{error}");
+}
+
+/// A four-bar linkage whose last hinge closes the loop, and a follower: it stays closed, and its crank falls as
+/// that of the same linkage put together by hand.
+#[test]
+fn a_linkage_stays_closed_and_moves_as_the_same_one_by_hand() {
+    let link = |name: &str, pose: &str| {
+        format!(
+            "<link name='{name}'><pose>{pose}</pose><inertial><pose>0 0 0.25 0 0 0</pose><mass>1</mass><inertia><ixx>0.02</ixx><iyy>0.02</iyy><izz>0.001</izz></inertia></inertial></link>\n"
+        )
+    };
+    let hinge = |name: &str, parent: &str, child: &str, more: &str| {
+        format!(
+            "<joint name='{name}' type='revolute'>{more}<parent>{parent}</parent><child>{child}</child><axis><xyz>0 1 0</xyz>"
+        )
+    };
+    let close = "</axis></joint>\n";
+    let text = [
+        "<sdf version='1.11'><model name='m'>",
+        &link("left", "0 0 1 0 0 0"),
+        &link("right", "0.6 0 1 0 0 0"),
+        &link("bar", "0 0 1.5 0 1.5707963267948966 0"),
+        &link("gear", "2 0 1 0 0 0"),
+        &(hinge("a", "world", "left", "") + close),
+        &(hinge("b", "world", "right", "") + close),
+        &(hinge("c", "left", "bar", "") + close),
+        &(hinge("d", "right", "bar", "<pose>0 0 0.6 0 0 0</pose>")
+            + "<dynamics><damping>1</damping></dynamics>" + close),
+        &(hinge("e", "world", "gear", "")
+            + "<mimic joint='a'><multiplier>-2</multiplier><offset>0.1</offset><reference>0.05</reference></mimic>"
+            + close),
+        "</model></sdf>",
+    ]
+    .concat();
+    let import = sdf::parse(&text).unwrap();
+    assert_eq!(import.ignored.len(), 1, "{:?}", import.ignored);
+    assert!(import.ignored[0].to_string().contains("<dynamics>"));
+
+    let mass = MassProperties {
+        mass: 1.0,
+        center: DVec3::new(0.0, 0.0, 0.25),
+        inertia: DMat3::from_diagonal(DVec3::new(0.02, 0.02, 0.001)),
+    };
+    let at = |x: f64, z: f64| Pose::from_translation(DVec3::new(x, 0.0, z));
+    let joint = Joint::revolute(DVec3::Y);
+    let flat = Pose::new(DQuat::from_rotation_y(FRAC_PI_2), DVec3::new(0.0, 0.0, 0.5));
+    let by_hand = ModelDescription::new("by hand")
+        .body("left", None, joint.clone().at(at(0.0, 1.0)), mass)
+        .body("right", None, joint.clone().at(at(0.6, 1.0)), mass)
+        .body("bar", Some("left"), joint.clone().at(flat), mass)
+        .body("gear", None, joint.at(at(2.0, 1.0)), mass)
+        .close(
+            "d",
+            [Some("right"), Some("bar")],
+            [at(0.0, 0.5), at(0.0, 0.6)],
+            Closure::Revolute { axis: DVec3::Y },
+        )
+        .couple("e", "gear", "left", -2.0, 0.2)
+        .build()
+        .unwrap();
+    let run = |model: &Model| {
+        let mut simulation = Simulation::new(model.clone()).unwrap();
+        let mut state = State::neutral(model);
+        state.q[model.bodies()[3].position_start] = 0.2;
+        simulation.set_state(state).unwrap();
+        simulation.close_loops().unwrap();
+        simulation.forces_mut().joint[0] = 3.0;
+        simulation.steps(1e-3, 400).unwrap();
+        let violation = simulation.loop_violation().unwrap();
+        assert!(violation.position < 1e-9, "{violation:?}");
+        simulation.state().unwrap().q.clone()
+    };
+    assert!(
+        import
+            .model
+            .bodies()
+            .iter()
+            .map(|body| &body.name)
+            .eq(["left", "right", "bar", "gear"])
+    );
+    for (ours, theirs) in run(&import.model).iter().zip(run(&by_hand)) {
+        assert!((ours - theirs).abs() < 1e-9, "{ours} against {theirs}");
+    }
+    assert!(run(&by_hand)[0].abs() > 0.1);
+
+    let slanted = text
+        .replace("name='d' type='revolute'", "name='d' type='universal'")
+        .replace(
+            "<dynamics><damping>1</damping></dynamics></axis>",
+            "</axis><axis2><xyz>0 1 1</xyz></axis2>",
+        );
+    let error = sdf::parse(&slanted).unwrap_err();
+    assert!(
+        error.to_string().contains("joint `d`: the cosine"),
+        "{error}"
+    );
+    let universal = slanted.replace("<xyz>0 1 1</xyz>", "<xyz>1 0 0</xyz>");
+    let import = sdf::parse(&universal).unwrap();
+    let first = import.model.loops()[0].closure;
+    assert!(matches!(first, Closure::Universal { .. }), "{first:?}");
 }

@@ -29,6 +29,13 @@ impl DoubleDouble {
         two_sum(a, b)
     }
 
+    /// The product of two f64, exactly.
+    #[inline]
+    #[must_use]
+    pub fn from_product(a: f64, b: f64) -> Self {
+        two_prod(a, b)
+    }
+
     /// The nearest f64.
     #[inline]
     #[must_use]

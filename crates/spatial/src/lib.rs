@@ -40,6 +40,7 @@ mod scalar;
 mod sin_cos;
 pub mod subspace;
 mod transform;
+pub mod twofold;
 mod vector;
 
 pub use cholesky::SmallCholesky;
@@ -55,4 +56,5 @@ pub use quaternion::{Quat, rotation_vector_rate};
 pub use scalar::{Number, Real};
 pub use subspace::MotionSubspace;
 pub use transform::Transform;
+pub use twofold::Twofold;
 pub use vector::{Vec3, vec3};

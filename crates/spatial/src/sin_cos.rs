@@ -23,7 +23,7 @@ const LARGEST_ANGLE: f64 = 8192.0;
 
 /// 1.5 2^52: a number added to it and taken away again is rounded to the nearest integer, whose last
 /// bits are those of the sum.
-const ROUNDING: f64 = 6_755_399_441_055_744.0;
+pub(crate) const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
 const fn leading_40_bits(x: f64) -> f64 {
     f64::from_bits(x.to_bits() >> 13 << 13)

@@ -65,8 +65,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     println!(
         "springs did {:.3e} J, dampers {:.3e} J",
-        simulation.work().springs,
-        simulation.work().dampers
+        simulation.work()?.springs,
+        simulation.work()?.dampers
     );
     Ok(())
 }

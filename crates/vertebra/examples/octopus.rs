@@ -58,6 +58,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         simulation.time(),
         simulation.pose(tip)?.translation
     );
-    println!("the motors did {:.4} J of work", simulation.work().motors);
+    println!("the motors did {:.4} J of work", simulation.work()?.motors);
     Ok(())
 }

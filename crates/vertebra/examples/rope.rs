@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "potential energy {:+.3e} J, kinetic {:+.3e} J, taken by the joints {:.3e} J",
         end.potential_energy - start.potential_energy,
         end.kinetic_energy - start.kinetic_energy,
-        -simulation.work().dampers,
+        -simulation.work()?.dampers,
     );
     Ok(())
 }

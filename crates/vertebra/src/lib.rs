@@ -29,9 +29,9 @@ pub use vertebra_dynamics::{
     Check, Choice, DcaOptions, DcaWorkspace, Derivatives, Device, Elements, Error, Forces,
     Integrator, LoopForces, LoopViolation, Mechanics, Monitor, Motor, PendingPoses, Precision,
     Refinement, Residual, Simulation, Solved, Solver, SolverOptions, Stored, Work, Workspace,
-    Wrench, aba, aba_batch, aba_derivatives, body_poses, centroidal, crba, crba_forward_dynamics,
-    dca, forward_error, forward_kinematics, inverse_operational_inertia, joint_wrenches, mechanics,
-    operational_inertia, refine, residual, rnea, rnea_derivatives,
+    Wrench, aba, aba_batch, aba_derivatives, body_poses, centroidal, check_accelerations, crba,
+    crba_forward_dynamics, dca, forward_error, forward_kinematics, inverse_operational_inertia,
+    joint_wrenches, mechanics, operational_inertia, refine, residual, rnea, rnea_derivatives,
 };
 #[cfg(feature = "files")]
 pub use vertebra_files as files;

@@ -13,7 +13,7 @@ fn begun_at(spot: Spot) -> Begun {
 
 // A joint's rates at the start of the step.
 fn rates_before(v: u32, kind: u32, begun: Begun) -> Motion {
-    if kind == REVOLUTE || kind == PRISMATIC {
+    if kind == REVOLUTE || kind == PRISMATIC || kind == SCREW {
         return Motion(vec3<real>(begun.rate, 0.0, 0.0), zero3());
     }
     return joint_motion(sizes.positions + v, kind);
@@ -24,7 +24,7 @@ fn accelerations_at() -> u32 { return 2u * (sizes.positions + sizes.dofs); }
 // The numbers of a joint in an array with one for each freedom.
 fn joint_motion(at: u32, kind: u32) -> Motion {
     switch kind {
-        case REVOLUTE, PRISMATIC: {
+        case REVOLUTE, PRISMATIC, SCREW: {
             return Motion(vec3<real>(real(state[at]), 0.0, 0.0), zero3());
         }
         case SPHERICAL: { return Motion(state3(at), zero3()); }
@@ -35,7 +35,7 @@ fn joint_motion(at: u32, kind: u32) -> Motion {
 
 fn put_joint_motion(at: u32, kind: u32, m: Motion) {
     switch kind {
-        case REVOLUTE, PRISMATIC: { state[at] = chunk_real(m.angular.x); }
+        case REVOLUTE, PRISMATIC, SCREW: { state[at] = chunk_real(m.angular.x); }
         case SPHERICAL: { put_state3(at, m.angular); }
         case FREE: {
             put_state3(at, m.angular);
@@ -84,7 +84,7 @@ fn put_moved(slot: u32, kind: u32, u: Motion, rates: Motion, begun: Begun) {
     let to = work_q() + q;
     var is_sound = is_finite3(rates.angular) && is_finite3(rates.linear);
     switch kind {
-        case REVOLUTE: {
+        case REVOLUTE, SCREW: {
             let angle: real = begun.position + u.angular.x;
             is_sound = is_sound && is_finite(angle) && abs(0.5 * angle) <= LARGEST_ANGLE;
             state[to] = chunk_real(angle);

@@ -38,6 +38,7 @@ fn advance(slot: u32, kind: u32, qdd: Motion, begun: Begun) {
         let u = motion_scaled(rate_sum, sixth);
         let rates = motion_add(start, motion_scaled(acceleration_sum, sixth));
         put_moved(slot, kind, u, rates, begun);
+        settle_between(slot, kind, begun, start, rates);
         return;
     }
     put_joint_motion(rate_sums + v, kind, rate_sum);

@@ -3,6 +3,8 @@
 const LANES = 32u;
 
 fn run_chunk(chunk: u32) {
-    place_chunk(chunk);
+    if is_first_attempt() {
+        place_chunk(chunk);
+    }
     assemble_chunk(chunk);
 }

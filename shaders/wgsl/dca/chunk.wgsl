@@ -21,17 +21,6 @@ fn joint_forces3(at: u32) -> vec3<real> {
     return vec3<real>(joint_force(at), joint_force(at + 1u), joint_force(at + 2u));
 }
 
-// The force along a joint's freedoms.
-fn driven(kind: u32, v: u32, axes: mat3x3<real>) -> Force {
-    switch kind {
-        case REVOLUTE: { return Force(axes[2] * joint_force(v), zero3()); }
-        case PRISMATIC: { return Force(zero3(), axes[2] * joint_force(v)); }
-        case SPHERICAL: { return Force(axes * joint_forces3(v), zero3()); }
-        case FREE: { return Force(axes * joint_forces3(v), axes * joint_forces3(v + 3u)); }
-        default: { return force_zero(); }
-    }
-}
-
 // What pushes a body, about its handle point: a force f and a moment in world axes, the sum of f a' of
 // forces f in world axes at points a in joint axes, and a force and a moment in joint axes.
 fn pushed(slot: u32, axes: mat3x3<real>) -> Force {
@@ -39,7 +28,7 @@ fn pushed(slot: u32, axes: mat3x3<real>) -> Force {
     if number == 0u {
         return force_zero();
     }
-    let at = JOINT_FORCES + sizes.dofs + 21u * (number - 1u);
+    let at = sizes.pushes + 21u * (number - 1u);
     var parts: array<vec3<real>, 7>;
     for (var i = 0u; i < 7u; i++) {
         parts[i] = vec3<real>(
@@ -120,26 +109,26 @@ fn centripetal(spin: vec3<real>, r: vec3<real>) -> Motion {
     return Motion(zero3(), cross3(spin, cross3(spin, r)));
 }
 
-// A freedom's record: column of U, tip s, drive u and 1/D.
-fn put_freedom(v: u32, column: Force, tip: Force, drive: real, d_inverse: real) {
+// A freedom's record: column of U, tip s, drive u and 1/D, what its load keeps.
+fn put_freedom(v: u32, column: Force, tip: Force, drive: real, d_inverse: real, load: One) {
     let at = freedoms_at() + v;
     put4(at, sizes.dofs, column.angular, column.linear, tip.angular, tip.linear);
-    put(at + 3u * sizes.dofs, vec4<real>(drive, d_inverse, 0.0, 0.0));
+    put(at + 3u * sizes.dofs, vec4<real>(drive, d_inverse, load.parts, load.own));
 }
 
 // Lets one freedom go along `s`.
-fn let_one_go(part: Interior, s: Motion, spot: Spot, floor: real, c: Motion, tau: real) -> Interior {
+fn let_one_go(part: Interior, s: Motion, spot: Spot, floor: real, c: Motion, load: One) -> Interior {
     let column = inertia_mul(part.inertia, s);
     let tip = matrix6_transpose_mul(part.tip, Force(s.angular, s.linear));
-    let d: real = motion_dot(s, column);
-    let drive: real = tau - motion_dot(s, part.bias);
+    let d: real = with_own(motion_dot(s, column), load.own);
+    let drive: real = load.force - motion_dot(s, part.bias);
     var d_inverse: real = 0.0;
     if d > floor && is_finite(d) {
         d_inverse = 1.0 / d;
     } else {
         fail(SINGULAR, spot.slot);
     }
-    put_freedom(spot.v, column, tip, drive, d_inverse);
+    put_freedom(spot.v, column, tip, drive, d_inverse, load);
     let response: real = drive * d_inverse;
     let scaled = force_scaled(column, d_inverse);
     let scaled_tip = force_scaled(tip, d_inverse);
@@ -194,19 +183,19 @@ fn let_go(part: Interior, spot: Spot, axes: mat3x3<real>, c: Motion, tau: real) 
     let v = spot.v;
     let floor: vec2<real> = part.carried * (4.0 * EPSILON);
     switch kind {
-        case REVOLUTE: {
-            return let_one_go(part, Motion(axes[2], zero3()), spot, floor.x, c, tau);
+        case REVOLUTE, SCREW: {
+            let s = turning_axis(slot, axes[2]);
+            let load = load_one(slot, spot.q, v, tau);
+            return let_one_go(part, s, spot, turning_floor(slot, floor), c, load);
         }
         case PRISMATIC: {
-            return let_one_go(part, Motion(zero3(), axes[2]), spot, floor.y, c, tau);
+            let load = load_one(slot, spot.q, v, tau);
+            return let_one_go(part, Motion(zero3(), axes[2]), spot, floor.y, c, load);
         }
         case SPHERICAL: {
-            let drive = driven(kind, v, axes);
-            return let_turning_go(part, drive.angular, v, floor.x, c, slot);
+            return let_turning_go(part, load_turning(slot, spot.q, v), axes, spot, floor.x, c);
         }
-        case FREE: {
-            return let_all_go(part, driven(kind, v, axes), v, slot);
-        }
+        case FREE: { return let_all_go(part, load_all(v), axes, spot, c); }
         default: { return accelerated(part, c); }
     }
 }

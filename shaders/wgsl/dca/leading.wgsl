@@ -7,7 +7,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let chunk = (id.y * groups.x + id.x) * LANES + lane;
-    if chunk < layer.count {
+    if chunk < layer.count && is_needed() {
         run_chunk(chunk);
     }
 }

@@ -14,12 +14,19 @@ fn constraint_of(kind: u32) -> Mask {
     let all: vec3<real> = vec3<real>(1.0, 1.0, 1.0);
     let but_z: vec3<real> = vec3<real>(1.0, 1.0, 0.0);
     switch kind {
-        case REVOLUTE: { return Mask(but_z, all); }
+        case REVOLUTE, SCREW: { return Mask(but_z, all); }
         case PRISMATIC: { return Mask(all, but_z); }
         case SPHERICAL: { return Mask(zero3(), all); }
         case FREE: { return Mask(zero3(), zero3()); }
         default: { return Mask(all, all); }
     }
+}
+
+// The same with freedoms that have inertia of their own, of which the force is one more to be found.
+fn mask_of(kind: u32, drive: Drive) -> Mask {
+    let mask = constraint_of(kind);
+    let more = holding(drive);
+    return Mask(mask.angular + more.angular, mask.linear + more.linear);
 }
 
 fn sym_masked(s: Sym3, mask: vec3<real>) -> Sym3 {
@@ -41,21 +48,39 @@ fn inertia_masked(m: Inertia, mask: Mask) -> Inertia {
     );
 }
 
-fn force_projected(f: Force, axes: mat3x3<real>, mask: Mask) -> Force {
-    return Force(f.angular * axes * mask.angular, f.linear * axes * mask.linear);
+fn force_projected(f: Force, axes: mat3x3<real>, pitch: real, mask: Mask) -> Force {
+    let seen = seen_along(pitch, Force(f.angular * axes, f.linear * axes));
+    return Force(seen.angular * mask.angular, seen.linear * mask.linear);
 }
 
-fn rows_projected(m: mat3x3<real>, axes: mat3x3<real>, mask: vec3<real>) -> mat3x3<real> {
-    return mat3x3<real>(m[0] * axes * mask, m[1] * axes * mask, m[2] * axes * mask);
+fn columns_turned(m: mat3x3<real>, axes: mat3x3<real>) -> mat3x3<real> {
+    return mat3x3<real>(m[0] * axes, m[1] * axes, m[2] * axes);
 }
 
-fn matrix6_projected(m: Matrix6, axes: mat3x3<real>, mask: Mask) -> Matrix6 {
-    return Matrix6(
-        rows_projected(m.aa, axes, mask.angular),
-        rows_projected(m.al, axes, mask.angular),
-        rows_projected(m.la, axes, mask.linear),
-        rows_projected(m.ll, axes, mask.linear),
+fn rows_masked(m: mat3x3<real>, mask: vec3<real>) -> mat3x3<real> {
+    return mat3x3<real>(m[0] * mask, m[1] * mask, m[2] * mask);
+}
+
+fn matrix6_projected(m: Matrix6, axes: mat3x3<real>, pitch: real, mask: Mask) -> Matrix6 {
+    let turned = Matrix6(
+        columns_turned(m.aa, axes),
+        columns_turned(m.al, axes),
+        columns_turned(m.la, axes),
+        columns_turned(m.ll, axes),
     );
+    let seen = rows_along(pitch, turned);
+    return Matrix6(
+        rows_masked(seen.aa, mask.angular),
+        rows_masked(seen.al, mask.angular),
+        rows_masked(seen.la, mask.linear),
+        rows_masked(seen.ll, mask.linear),
+    );
+}
+
+// A force given by its components along a joint's freedoms and across, in world axes.
+fn force_in_world(f: Force, axes: mat3x3<real>, pitch: real) -> Force {
+    let whole = put_along(pitch, f);
+    return Force(axes * whole.angular, axes * whole.linear);
 }
 
 fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node {
@@ -82,8 +107,10 @@ fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node
         ),
         force_scaled(matrix6_transpose_mul(own, own_bias), -1.0),
     );
-    let drive = driven(kind, dof_of(slot), axes);
-    let mask = constraint_of(kind);
+    let pitch = pitch_of(slot);
+    let own_drive = drive_of(slot, kind);
+    let drive = force_in_world(own_drive.force, axes, pitch);
+    let mask = mask_of(kind, own_drive);
     let g = inertia_add(a.phi22, b.phi11);
     let c = placed.bias_acceleration;
     let moved = inertia_mul(g, Motion(drive.angular, drive.linear));
@@ -95,10 +122,13 @@ fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node
         is_head,
         a,
         b,
-        inertia_masked(inertia_rotated(g, transpose(axes)), mask),
-        matrix6_projected(matrix6_transposed(a.phi12), axes, mask),
-        matrix6_projected(b.phi12, axes, mask),
-        force_projected(apart, axes, mask),
+        compliant(
+            inertia_masked(inertia_along(pitch, inertia_rotated(g, transpose(axes))), mask),
+            own_drive,
+        ),
+        matrix6_projected(matrix6_transposed(a.phi12), axes, pitch, mask),
+        matrix6_projected(b.phi12, axes, pitch, mask),
+        with_held(force_projected(apart, axes, pitch, mask), own_drive),
     );
     if !(own_factor.positive && whole.joined.factor.positive) {
         fail(UNJOINED, slot);
@@ -184,17 +214,16 @@ fn get_leaf(index: u32) -> Leaf {
 fn leaf_force(slot: u32, index: u32, x: Force, f2: Force) -> Force {
     let leaf = get_leaf(index);
     let axes = quaternion_matrix(get_placed(slot).rotation);
+    let drive = drive_of(slot, kind_of(flags_of(slot)));
     let constraint = force_between(leaf.joined, x, f2);
-    return force_add(
-        driven(kind_of(flags_of(slot)), dof_of(slot), axes),
-        Force(axes * constraint.angular, axes * constraint.linear),
-    );
+    return force_in_world(force_add(drive.force, constraint), axes, pitch_of(slot));
 }
 
 // A leaf, acted on by f2 at its centre of mass and by `force` at its joint, which `given` would accelerate if
 // its freedoms stood still: of the accelerations on both sides the difference is S qdd.
 fn respond_leaf(
     index: u32,
+    slot: u32,
     placed: Placed,
     arm: vec3<real>,
     kind: u32,
@@ -213,7 +242,9 @@ fn respond_leaf(
     let apart = motion_sub(across, given);
     var joint = Motion(apart.angular * axes, apart.linear * axes);
     switch kind {
-        case REVOLUTE: { joint = Motion(vec3<real>(joint.angular.z, 0.0, 0.0), zero3()); }
+        case REVOLUTE, SCREW: {
+            joint = Motion(vec3<real>(rate_along(pitch_of(slot), joint), 0.0, 0.0), zero3());
+        }
         case PRISMATIC: { joint = Motion(vec3<real>(joint.linear.z, 0.0, 0.0), zero3()); }
         case SPHERICAL: { joint.linear = zero3(); }
         case FREE: {}

@@ -8,6 +8,7 @@ fn leaf_force(slot: u32, index: u32, x: Force, f2: Force) -> Force { return forc
 
 fn respond_leaf(
     index: u32,
+    slot: u32,
     placed: Placed,
     arm: vec3<real>,
     kind: u32,

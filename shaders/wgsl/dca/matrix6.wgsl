@@ -26,6 +26,14 @@ fn matrix6_transposed(m: Matrix6) -> Matrix6 {
     return Matrix6(transpose(m.aa), transpose(m.la), transpose(m.al), transpose(m.ll));
 }
 
+fn matrix6_of(m: Inertia) -> Matrix6 {
+    return Matrix6(full(m.angular), transpose(m.coupling), m.coupling, full(m.linear));
+}
+
+fn matrix6_less(a: Matrix6, b: Matrix6) -> Matrix6 {
+    return Matrix6(a.aa - b.aa, a.al - b.al, a.la - b.la, a.ll - b.ll);
+}
+
 fn matrix6_mul(m: Matrix6, v: Force) -> Force {
     return Force(m.aa * v.angular + m.al * v.linear, m.la * v.angular + m.ll * v.linear);
 }

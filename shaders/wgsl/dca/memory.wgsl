@@ -29,6 +29,8 @@ struct Sizes {
     rake_words: u32,
     // Metres in the model's unit of length.
     length: f32,
+    // First number of `forces` that says what pushes bodies.
+    pushes: u32,
 }
 
 // What a dispatch works on: chunks a lane each, or several rounds of the tree.
@@ -44,6 +46,8 @@ struct Layer {
     stage: u32,
     // 0 for a solution, 1 for its first correction, ...
     sweep: u32,
+    // Which solution of a step it is that is implicit in what acts in joints, from 1; 0 where that acts as it does now.
+    attempt: u32,
 }
 
 @group(0) @binding(0) var<uniform> sizes: Sizes;
@@ -51,17 +55,19 @@ struct Layer {
 @group(0) @binding(2) var<storage, read> words: array<u32>;
 @group(0) @binding(3) var<storage, read> links: array<vec4<chunk_real>>;
 // The state at the start of the step, positions and rates; then the state that is worked on; then of
-// Runge and Kutta's method displacements, sums of rates and sums of accelerations; accelerations.
+// Runge and Kutta's method displacements, sums of rates and sums of accelerations; accelerations; works of elements.
 @group(0) @binding(4) var<storage, read_write> state: array<chunk_real>;
 @group(0) @binding(5) var<storage, read_write> scratch: array<vec4<chunk_real>>;
 // Whether a step has failed, the number of steps since that was last reset, the number of bodies that are
-// pushed; from the fifth word on the number of each of these, counted from 1, by slots.
+// pushed, the last attempt of a step that asked for another; from the fifth word on the number of each of these, counted from 1, by slots.
 @group(0) @binding(6) var<storage, read_write> control: array<u32>;
 @group(0) @binding(7) var<storage, read_write> status: array<atomic<u32>>;
 
 const HALTED = 0u;
 const STEPS = 1u;
 const PUSHED = 2u;
+// All lanes of an attempt write the same.
+const LAST_ASKED = 3u;
 const PUSHED_SLOTS = 4u;
 
 const NONE = 0xffffffffu;
@@ -186,6 +192,8 @@ fn kept_at() -> u32 { return rakes_at() + 8u * sizes.rakes; }
 // Starts of the arrays in `state`.
 fn work_q() -> u32 { return sizes.positions + sizes.dofs; }
 fn work_qd() -> u32 { return 2u * sizes.positions + sizes.dofs; }
+// Five sums a freedom of the work that elements have done, at the start of the step and after it.
+fn works_at() -> u32 { return 2u * sizes.positions + 6u * sizes.dofs; }
 
 struct Four {
     a: vec3<real>,

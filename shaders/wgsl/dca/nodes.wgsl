@@ -22,7 +22,7 @@ fn joined_at(join: u32) -> u32 {
 
 fn acting_at(join: u32) -> u32 { return joined_at(sizes.joins) + ACTING_SIZE * join; }
 
-// Starts of the arrays in `forces`: -g, the step in time, joint forces, pushes.
+// Starts of the arrays in `forces`: -g, the step in time, joint forces, what elements are given, pushes.
 const STEP_SIZE = 3u;
 const JOINT_FORCES = 4u;
 

@@ -87,10 +87,16 @@ fn local(given: Given) -> Local {
     let q = given.spot.q;
     let v = given.spot.v;
     switch kind_of(given.spot.flags) {
-        case REVOLUTE: {
+        case REVOLUTE, SCREW: {
             let half: vec2<real> = sin_cos(0.5 * given.position);
             found.rotation = turned_by(found.rotation, vec4<real>(0.0, 0.0, half.x, half.y));
             found.velocity.angular = vec3<real>(0.0, 0.0, given.rate);
+            if HAS_SCREWS {
+                let pitch = pitch_of(given.spot.slot);
+                let along: vec3<real> = vec3<real>(0.0, 0.0, pitch * given.position);
+                found.offset += quaternion_turned(found.rotation, along);
+                found.velocity.linear = vec3<real>(0.0, 0.0, pitch * given.rate);
+            }
         }
         case PRISMATIC: {
             let along: vec3<real> = vec3<real>(0.0, 0.0, given.position);

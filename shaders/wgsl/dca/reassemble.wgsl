@@ -41,7 +41,7 @@ fn let_one_go_again(change: Change, s: Motion, v: u32) -> Change {
     let rest = fetch(at + 3u * sizes.dofs);
     let drive: real = -motion_dot(s, change.bias);
     let response: real = drive * rest.y;
-    put(at + 3u * sizes.dofs, vec4<real>(rest.x + drive, rest.y, 0.0, 0.0));
+    put(at + 3u * sizes.dofs, vec4<real>(rest.x + drive, rest.yzw));
     return Change(
         force_add(change.bias, force_scaled(Force(record.a, record.b), response)),
         force_add(change.drift, force_scaled(Force(record.c, record.d), response)),
@@ -50,8 +50,8 @@ fn let_one_go_again(change: Change, s: Motion, v: u32) -> Change {
 
 fn let_go_again(change: Change, spot: Spot, axes: mat3x3<real>) -> Change {
     switch kind_of(spot.flags) {
-        case REVOLUTE: {
-            return let_one_go_again(change, Motion(axes[2], zero3()), spot.v);
+        case REVOLUTE, SCREW: {
+            return let_one_go_again(change, turning_axis(spot.slot, axes[2]), spot.v);
         }
         case PRISMATIC: {
             return let_one_go_again(change, Motion(zero3(), axes[2]), spot.v);

@@ -9,8 +9,9 @@ fn with_leaf_again(is_head: bool, change: Change, slot: u32, share: real, index:
     let center: Force = force_scaled(upper6(leaf.own, own), -1.0);
     let across = motion_shifted(Motion(center.angular, center.linear), -arm);
     let apart = force_sub(change.drift, Force(across.angular, across.linear));
-    let mask = constraint_of(kind_of(flags));
-    let y = lower6(leaf.joined.factor, force_projected(apart, axes, mask));
+    let kind = kind_of(flags);
+    let mask = mask_of(kind, drive_of(slot, kind));
+    let y = lower6(leaf.joined.factor, force_projected(apart, axes, pitch_of(slot), mask));
     let sign: real = select(real(-1.0), real(1.0), is_head);
     leaf.joined.bias = force_add(leaf.joined.bias, y);
     put_leaf(index, leaf.own, force_add(leaf.own_bias, own), leaf.joined);

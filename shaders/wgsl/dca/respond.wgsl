@@ -34,7 +34,7 @@ fn respond_one(record: Four, rest: vec4<real>, s: Motion, f2: Force, given: Moti
     let wanted: real = rest.x + dot(record.c, f2.angular) + dot(record.d, f2.linear);
     let first: real = (wanted - motion_dot(given, column)) * rest.y;
     let once = Motion(given.angular + s.angular * first, given.linear + s.linear * first);
-    let second: real = (wanted - motion_dot(once, column)) * rest.y;
+    let second: real = (less_own(wanted, rest.w, first) - motion_dot(once, column)) * rest.y;
     return Response(
         Motion(once.angular + s.angular * second, once.linear + s.linear * second),
         Motion(vec3<real>(first + second, 0.0, 0.0), zero3()),
@@ -44,8 +44,8 @@ fn respond_one(record: Four, rest: vec4<real>, s: Motion, f2: Force, given: Moti
 fn respond(known: Known, axes: mat3x3<real>, f2: Force, given: Motion) -> Response {
     let v = known.spot.v;
     switch kind_of(known.spot.flags) {
-        case REVOLUTE: {
-            let s = Motion(axes[2], zero3());
+        case REVOLUTE, SCREW: {
+            let s = turning_axis(known.spot.slot, axes[2]);
             return respond_one(known.record, known.rest, s, f2, given);
         }
         case PRISMATIC: {
@@ -117,7 +117,7 @@ fn respond_chunk(chunk: u32) {
         a = motion_add(a, placed.bias_acceleration);
         var response: Response;
         if has_leaf && place + 1u == slots.length {
-            response = respond_leaf(leaf, placed, arm, kind, axes, ends.f2, on_leaf, a);
+            response = respond_leaf(leaf, slot, placed, arm, kind, axes, ends.f2, on_leaf, a);
         } else {
             response = respond(known, axes, tip, a);
         }

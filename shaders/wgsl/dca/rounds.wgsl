@@ -45,7 +45,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let group = id.y * groups.x + id.x;
-    if group >= layer.count {
+    if group >= layer.count || !is_group_needed(lane) {
         return;
     }
     let starts = layer.starts + group * (2u * layer.rounds + 1u);

@@ -18,18 +18,20 @@ fn get_several(v: u32, i: u32) -> vec3<real> {
 
 // Lets all three turning freedoms go, along the world's axes: with A = LL', what is kept is L, L^-1 [A H'],
 // L^-1 B of the turning rows and L^-1 u. What is then left of IA, pA and B is known to be zero, but for the
-// force that drives the joint.
+// force that drives the joint; unless the freedoms have inertia of their own.
 fn let_turning_go(
     part: Interior,
-    drive: vec3<real>,
-    v: u32,
+    load: Load,
+    axes: mat3x3<real>,
+    spot: Spot,
     floor: real,
     c: Motion,
-    slot: u32,
 ) -> Interior {
-    let factor = cholesky3(part.inertia.angular, floor);
+    let v = spot.v;
+    let drive = axes * load.force.angular;
+    let factor = cholesky3(with_own3(part.inertia.angular, load.own.angular, axes), floor);
     if !factor.positive {
-        fail(SINGULAR, slot);
+        fail(SINGULAR, spot.slot);
     }
     let turning = lower33(factor, full(part.inertia.angular));
     let sliding = lower33(factor, transpose(part.inertia.coupling));
@@ -42,6 +44,7 @@ fn let_turning_go(
     put_several(v, 0u, tip_l[0]);
     put_several(v, 1u, tip_l[1]);
     put_several(v, 2u, tip_l[2]);
+    keep_own3(v, load.own.angular);
     var next = part;
     next.inertia = Inertia(
         sym_zero(),
@@ -60,6 +63,13 @@ fn let_turning_go(
         Inertia(gram3(tip_a), transpose(tip_l) * tip_a, gram3(tip_l)),
     );
     next.drift = force_add(part.drift, Force(u * tip_a, u * tip_l));
+    if HAS_OWN && is_held3(load.own.angular) {
+        next.inertia.angular = sym_sub(part.inertia.angular, gram3(turning));
+        next.inertia.coupling = part.inertia.coupling - transpose(sliding) * turning;
+        next.bias.angular = part.bias.angular + u * turning;
+        next.tip.aa = part.tip.aa - transpose(turning) * tip_a;
+        next.tip.al = part.tip.al - transpose(turning) * tip_l;
+    }
     return accelerated(next, c);
 }
 
@@ -84,12 +94,33 @@ fn get_several_inverse(v: u32) -> Inverse {
     return inverse_of(f, h, aa, la, ll, get_several(v, 5u));
 }
 
-// Lets all six freedoms go: what is beyond moves by itself, with M a = f_Q - pA + B f2.
-fn let_all_go(part: Interior, drive: Force, v: u32, slot: u32) -> Interior {
+// What a free joint moves that is held back.
+fn put_held(v: u32, m: Inertia) {
+    put_several4(v, 5u, m.angular.diagonal, m.angular.off, m.linear.diagonal, m.linear.off);
+    for (var i = 0u; i < 3u; i++) {
+        let at = freedoms_at() + 3u * sizes.dofs + v + i;
+        put(at, vec4<real>(m.coupling[i], fetch(at).w));
+    }
+}
+
+fn get_held(v: u32) -> Inertia {
+    let m = get_several4(v, 5u);
+    let coupling = mat3x3<real>(get_several(v, 0u), get_several(v, 1u), get_several(v, 2u));
+    return Inertia(Sym3(m.a, m.b), coupling, Sym3(m.c, m.d));
+}
+
+// Lets all six freedoms go: what is beyond moves by itself, with M a = f_Q - pA + B f2. If the freedoms have
+// inertia of their own, that holds it back, and what is left of M is kept with the rest.
+fn let_all_go(part: Interior, load: Load, axes: mat3x3<real>, spot: Spot, c: Motion) -> Interior {
+    let v = spot.v;
+    let drive = Force(axes * load.force.angular, axes * load.force.linear);
     let rounding: real = 4.0 * EPSILON;
-    let factor = cholesky6(part.inertia, part.carried.x * rounding, part.carried.y * rounding);
+    var moved = part.inertia;
+    moved.angular = with_own3(moved.angular, load.own.angular, axes);
+    moved.linear = with_own3(moved.linear, load.own.linear, axes);
+    let factor = cholesky6(moved, part.carried.x * rounding, part.carried.y * rounding);
     if !factor.positive {
-        fail(SINGULAR, slot);
+        fail(SINGULAR, spot.slot);
     }
     let far = lower66(factor, part.tip);
     let bias = lower6(factor, force_sub(part.bias, drive));
@@ -100,6 +131,18 @@ fn let_all_go(part: Interior, drive: Force, v: u32, slot: u32) -> Interior {
     next.tip = matrix6_zero();
     next.compliance = inertia_add(part.compliance, gram6(far));
     next.drift = force_sub(part.drift, matrix6_transpose_mul(far, bias));
+    if HAS_OWN {
+        keep_own3(v, load.own.angular);
+        keep_own3(v + 3u, load.own.linear);
+        if is_held(load.own) {
+            put_held(v, part.inertia);
+            let columns = lower66(factor, matrix6_of(part.inertia));
+            next.inertia = inertia_add(part.inertia, inertia_scaled(gram6(columns), -1.0));
+            next.bias = force_sub(part.bias, matrix6_transpose_mul(columns, bias));
+            next.tip = matrix6_less(part.tip, transpose_product(columns, far));
+            return accelerated(next, c);
+        }
+    }
     return next;
 }
 
@@ -115,7 +158,11 @@ fn respond_turning(v: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Resp
         - sliding * given.linear;
     let first = cholesky3_upper(factor, wanted - turning * given.angular);
     let once = given.angular + first;
-    let second = cholesky3_upper(factor, wanted - turning * once);
+    var second = cholesky3_upper(factor, wanted - turning * once);
+    if HAS_OWN && is_held3(own_kept3(v)) {
+        // Which would have to know its part of what is wanted.
+        second = zero3();
+    }
     return Response(
         Motion(once + second, given.linear),
         Motion((first + second) * axes, zero3()),
@@ -125,6 +172,12 @@ fn respond_turning(v: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Resp
 fn respond_free(v: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Response {
     let inverse = get_several_inverse(v);
     let moved = force_sub(matrix6_mul(inverse.far, f2), inverse.bias);
+    if HAS_OWN && is_held(Force(own_kept3(v), own_kept3(v + 3u))) {
+        let held = lower6(inverse.factor, inertia_mul(get_held(v), given));
+        let qdd = upper6(inverse.factor, force_sub(moved, held));
+        let body = Motion(given.angular + qdd.angular, given.linear + qdd.linear);
+        return Response(body, Motion(qdd.angular * axes, qdd.linear * axes));
+    }
     let a = upper6(inverse.factor, moved);
     return Response(
         Motion(a.angular, a.linear),

@@ -19,6 +19,9 @@ fn turn_chunk(chunk: u32) {
             control[STEPS] += 1u;
         }
     }
+    if chunk == 0u {
+        begin_attempts();
+    }
     let slots = slots_of(chunk);
     if layer.stage == RESTORE {
         for (var place = 0u; place < slots.length; place++) {
@@ -51,7 +54,8 @@ fn turn_chunk(chunk: u32) {
 
 fn commit_joint(given: Given) {
     let kind = kind_of(given.spot.flags);
-    if kind == REVOLUTE || kind == PRISMATIC {
+    commit_works(given.spot);
+    if kind == REVOLUTE || kind == PRISMATIC || kind == SCREW {
         state[given.spot.q] = chunk_real(given.position);
         state[sizes.positions + given.spot.v] = chunk_real(given.rate);
     } else {
@@ -63,7 +67,7 @@ fn copy_joint(spot: Spot) {
     var positions = 0u;
     var rates = 0u;
     switch kind_of(spot.flags) {
-        case REVOLUTE, PRISMATIC: { positions = 1u; rates = 1u; }
+        case REVOLUTE, PRISMATIC, SCREW: { positions = 1u; rates = 1u; }
         case SPHERICAL: { positions = 4u; rates = 3u; }
         case FREE: { positions = 7u; rates = 6u; }
         default: {}

@@ -1,11 +1,12 @@
-// Joints: kinds and velocity products. In joint axes those of one freedom turn about z or slide along
-// it, and the columns of S of a spherical or free joint are the child's axes.
+// Joints: kinds and velocity products. In joint axes those of one freedom turn about z, slide along it or both,
+// and the columns of S of a spherical or free joint are the child's axes.
 
 const FIXED = 0u;
 const REVOLUTE = 1u;
 const PRISMATIC = 2u;
 const SPHERICAL = 3u;
 const FREE = 4u;
+const SCREW = 5u;
 
 // c of a = X a' + S qdd + c, conventional accelerations, in any axes: [w x w_J; w x (w x r) + 2 w x v_J],
 // and w_J x v_J where the linear rates turn with the child. `w` is the parent's angular velocity, `r` leads

@@ -36,7 +36,7 @@ const SEEDED: [usize; 2] = [128, 2048];
 const WINDOWS: [usize; 5] = [2, 4, 8, 12, 16];
 
 /// Chunks and joins.
-const PRECISIONS: [(Precision, Precision); 3] = [
+pub(super) const PRECISIONS: [(Precision, Precision); 3] = [
     (Precision::F32, Precision::F32),
     (Precision::F64, Precision::F32),
     (Precision::F64, Precision::F64),
@@ -114,7 +114,7 @@ pub(crate) fn measurements<'a>(
 
 type Run<'a> = Box<dyn FnOnce(&Meter) -> anyhow::Result<Option<Row>> + 'a>;
 
-fn name(chunks: Precision, tree: Precision) -> String {
+pub(super) fn name(chunks: Precision, tree: Precision) -> String {
     if chunks == tree {
         return tree.to_string();
     }

@@ -54,12 +54,6 @@ pub enum Problem {
         /// The missing link.
         link: String,
     },
-    /// A mimic that names a joint which is not in the file.
-    #[error("names the joint `{joint}`, which the file does not have; add it or correct the name")]
-    UnknownJoint {
-        /// The missing joint.
-        joint: String,
-    },
     /// A joint of a type that cannot be modelled.
     #[error(
         "joints of type `{kind}` are not supported; use revolute, continuous, prismatic, fixed or floating ones (several, with massless links between, make a compound joint)"

@@ -90,7 +90,7 @@ impl File<'_> {
                 limits: read.limits,
                 damping: read.damping,
                 friction: read.friction,
-                mimic: self.mimic(read, &joints, options, ignored)?,
+                mimic: self.mimic(read, &joints, options, ignored),
                 ..assembly::Joint::new(read.kind).at(beyond(&parent.placement, &read.origin))
             };
             description = description.body(name, name_of(parent.body), joint, masses[link]);
@@ -163,43 +163,37 @@ impl File<'_> {
         masses
     }
 
-    /// The coupling to the body that the other joint carries. A joint that was folded away leaves
-    /// nothing to follow.
+    /// The coupling to the body that the other joint carries. One that was folded away, or is missing
+    /// as in files cut out of larger ones, leaves nothing to follow.
     fn mimic(
         &self,
         joint: &Joint<'_>,
         joints: &HashMap<&str, usize>,
         options: &Options,
         ignored: &mut Vec<Ignored>,
-    ) -> Result<Option<assembly::Mimic>, UrdfError> {
-        let Some(mimic) = &joint.mimic else {
-            return Ok(None);
-        };
-        let Some(&other) = joints.get(mimic.joint) else {
-            let problem = Problem::UnknownJoint {
-                joint: mimic.joint.to_owned(),
+    ) -> Option<assembly::Mimic> {
+        let mimic = joint.mimic.as_ref()?;
+        let other = joints.get(mimic.joint).copied();
+        let moving = other.filter(|&other| !self.is_folded(other, options));
+        let Some(moving) = moving else {
+            let why = match other {
+                Some(_) => "does not move",
+                None => "is not in the file",
             };
-            return Err(tree::error(
-                "<mimic> of joint",
-                joint.name,
-                mimic.line,
-                problem,
-            ));
-        };
-        if self.is_folded(other, options) {
             ignored.push(Ignored {
                 element: "mimic".to_owned(),
                 owner: format!("joint `{}`", joint.name),
                 line: mimic.line,
                 is_attribute: false,
+                why: Some(format!("the joint `{}` {why}", mimic.joint)),
             });
-            return Ok(None);
-        }
-        Ok(Some(assembly::Mimic {
-            body: self.links[self.tree.children[other]].name.to_owned(),
+            return None;
+        };
+        Some(assembly::Mimic {
+            body: self.links[self.tree.children[moving]].name.to_owned(),
             multiplier: mimic.multiplier,
             offset: mimic.offset,
-        }))
+        })
     }
 
     fn error(&self, problem: Problem) -> UrdfError {

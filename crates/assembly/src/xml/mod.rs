@@ -5,6 +5,7 @@
 
 mod error;
 mod reader;
+mod spelling;
 
 pub use error::{XmlError, XmlProblem};
 #[cfg(feature = "urdf")]

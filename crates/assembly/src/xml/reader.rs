@@ -1,6 +1,6 @@
 //! Reading XML elements, with the line of everything that is wrong or has no effect.
 
-use super::{XmlError, XmlProblem};
+use super::{XmlError, XmlProblem, spelling};
 use crate::{Ignored, Location};
 use glam::{DQuat, DVec3};
 use roxmltree::{Document, Node};
@@ -72,6 +72,44 @@ impl<'a> Reader<'a> {
 
     /// Notes that an element has no effect.
     pub fn ignore(&mut self, node: Node<'_, '_>) {
+        self.note(node, None);
+    }
+
+    /// Notes that an element has no effect, and why.
+    pub fn ignore_because(&mut self, node: Node<'_, '_>, why: impl Into<String>) {
+        self.note(node, Some(why.into()));
+    }
+
+    /// Notes that an element has no effect which is none of those that may stand there. One that is
+    /// nearly spelt like one of them is taken for a slip.
+    pub fn ignore_unknown(&mut self, node: Node<'_, '_>, known: &[&str]) {
+        let meant = spelling::nearest(node.tag_name().name(), known);
+        self.note(node, meant.map(|name| format!("is <{name}> meant?")));
+    }
+
+    /// Notes that an attribute has no effect, if the element has it.
+    pub fn ignore_attribute(&mut self, node: Node<'_, '_>, attribute: &str) {
+        self.note_attribute(node, attribute, None);
+    }
+
+    /// Notes that an attribute has no effect, if the element has it, and why.
+    pub fn ignore_attribute_because(&mut self, node: Node<'_, '_>, attribute: &str, why: &str) {
+        self.note_attribute(node, attribute, Some(why.to_owned()));
+    }
+
+    /// Notes that every attribute but these has no effect. One that is nearly spelt like one of them is
+    /// taken for a slip.
+    pub fn ignore_attributes_but(&mut self, node: Node<'_, '_>, known: &[&str]) {
+        for attribute in node.attributes() {
+            let name = attribute.name();
+            if !known.contains(&name) {
+                let meant = spelling::nearest(name, known);
+                self.note_attribute(node, name, meant.map(|name| format!("is `{name}` meant?")));
+            }
+        }
+    }
+
+    fn note(&mut self, node: Node<'_, '_>, why: Option<String>) {
         self.ignored.push(Ignored {
             element: qualified_name(self.text, node).to_owned(),
             owner: node
@@ -79,27 +117,19 @@ impl<'a> Reader<'a> {
                 .map_or_else(String::new, |parent| self.describe(parent)),
             line: self.line(node),
             is_attribute: false,
+            why,
         });
     }
 
-    /// Notes that an attribute has no effect, if the element has it.
-    pub fn ignore_attribute(&mut self, node: Node<'_, '_>, attribute: &str) {
+    fn note_attribute(&mut self, node: Node<'_, '_>, attribute: &str, why: Option<String>) {
         if node.has_attribute(attribute) {
             self.ignored.push(Ignored {
                 element: attribute.to_owned(),
                 owner: self.describe(node),
                 line: self.line(node),
                 is_attribute: true,
+                why,
             });
-        }
-    }
-
-    /// Notes that every attribute but these has no effect.
-    pub fn ignore_attributes_but(&mut self, node: Node<'_, '_>, known: &[&str]) {
-        for attribute in node.attributes() {
-            if !known.contains(&attribute.name()) {
-                self.ignore_attribute(node, attribute.name());
-            }
         }
     }
 
@@ -155,7 +185,7 @@ impl<'a> Reader<'a> {
         for (tag, child) in self.children(node)? {
             match names.iter().position(|&name| name == tag) {
                 Some(index) => self.once(&mut slots[index], child)?,
-                None => self.ignore(child),
+                None => self.ignore_unknown(child, &names),
             }
         }
         Ok(slots)

@@ -167,8 +167,9 @@ impl<T: Real, L: Real> Tree<T, L> {
             if slot > first {
                 jump = jump.shifted(placed.offset);
             }
-            if loads == Loads::Left
-                && let Some(above) = self.above_a_seam(chunk, slot, first, last)
+            let settled = loads == Loads::Settled;
+            if loads != Loads::Rounding
+                && let Some(above) = self.above_a_seam(chunk, slot, (first, last), settled)
             {
                 let (own, part) = self.jump(slot, above);
                 worst = worst.and(part);
@@ -198,7 +199,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             }
             worst = worst.and(size.left(Size::of_force(rest)));
             *load_out = match loads {
-                Loads::Left => rest,
+                Loads::Left | Loads::Settled => rest,
                 Loads::Rounding => size.or(Size::of_turning(&placed.inertia, a)).rounding(slot),
             };
         }
@@ -206,13 +207,13 @@ impl<T: Real, L: Real> Tree<T, L> {
     }
 
     /// The acceleration that a body's joint hangs from, seen at the joint, if the joins have put the two
-    /// together and not the chunk itself.
+    /// together and not the chunk itself, or the bodies have been moved since.
     fn above_a_seam(
         &self,
         chunk: usize,
         slot: usize,
-        first: usize,
-        last: usize,
+        (first, last): (usize, usize),
+        settled: bool,
     ) -> Option<Motion<T>> {
         let (plan, places) = (&self.plan, &self.places.bodies);
         let solved = &self.chunks.accelerations;
@@ -221,7 +222,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         } = plan.chunks[chunk];
         let above = match inboard {
             Inboard::Cut(cut) if slot == first => places[cut].handle_acceleration(solved[cut]),
-            _ if slot != last || outboard != Outboard::Leaf => return None,
+            _ if !settled && (slot != last || outboard != Outboard::Leaf) => return None,
             _ if slot > first => solved[slot - 1],
             Inboard::Carrier(carrier) => places[carrier].handle_acceleration(solved[carrier]),
             _ => return Some(self.base),

@@ -18,6 +18,7 @@ mod leaf;
 mod place;
 pub(crate) mod plan;
 mod rake;
+mod settle;
 mod solution;
 mod split;
 mod substitute;
@@ -25,6 +26,8 @@ mod tree;
 
 pub(crate) use split::PARALLEL_BODIES;
 
+use crate::across::Given;
+use crate::balance::{largest_push, least_acceleration};
 use crate::link::Scales;
 use crate::loops::{first_loop, refuse_looped};
 use crate::refine::{Loads, relative};
@@ -39,10 +42,11 @@ use vertebra_spatial::{DoubleDouble, Real};
 /// How bodies are gathered on a processor unless one asks otherwise (`docs/accuracy.md`): the longer the
 /// chunks, the less work a body, and the fewer joins and side branches are in less precision. But a
 /// chunk is a recursion, which in f32 loses the digits by which its masses differ.
-fn suited(chunks: Precision) -> ScheduleOptions {
-    ScheduleOptions::with_window(match chunks {
-        Precision::F32 => 8,
-        Precision::F64 | Precision::Reference => 32,
+fn suited(options: &DcaOptions) -> ScheduleOptions {
+    ScheduleOptions::with_window(match (options.chunks, options.tree) {
+        (Precision::F32, _) => 8,
+        (_, Precision::F32) => 64,
+        _ => 32,
     })
 }
 
@@ -53,8 +57,8 @@ pub struct DcaOptions {
     pub chunks: Precision,
     /// Precision of the joins, at most that of the chunks.
     pub tree: Precision,
-    /// How bodies are gathered into chunks; none for what suits the precision of the chunks: 8 bodies
-    /// each in f32, else 32.
+    /// How bodies are gathered into chunks; none for what suits the precisions: 8 bodies each in f32, 64 if only
+    /// the joins are, else 32.
     pub schedule: Option<ScheduleOptions>,
     /// Whether the threads of the current rayon pool are used, for 2048 bodies and more. The result
     /// is the same, bit for bit.
@@ -83,7 +87,12 @@ pub struct DcaWorkspace {
     qdd: Vec<f64>,
     computed: bool,
     wrenches_computed: bool,
+    /// Whether the solution has been corrected, and the drift taken out of the bodies' places.
+    corrected: bool,
+    settled: bool,
     time: f64,
+    q: Vec<f64>,
+    qd: Vec<f64>,
     /// The first loop or coupling, if the model has any and is not taken as a tree.
     looped: Option<String>,
 }
@@ -122,7 +131,7 @@ impl DcaWorkspace {
         let weights = plan::weights(model, options.tree.epsilon());
         let bodies = model.bodies();
         let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
-        let gathering = options.schedule.unwrap_or_else(|| suited(options.chunks));
+        let gathering = options.schedule.unwrap_or_else(|| suited(options));
         let cuts = plan::cut_weights(model, &weights, options.tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &gathering)?;
         let trees = match (options.chunks, options.tree) {
@@ -145,7 +154,11 @@ impl DcaWorkspace {
             qdd: vec![0.0; model.dof_count()],
             computed: false,
             wrenches_computed: false,
+            corrected: false,
+            settled: false,
             time: 0.0,
+            q: vec![0.0; model.position_count()],
+            qd: vec![0.0; model.dof_count()],
             looped: first_loop(model),
             options: *options,
             model: model.clone(),
@@ -264,7 +277,8 @@ impl Solved for DcaWorkspace {
     }
 
     fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
-        self.correct(forces, Loads::Left)
+        let loads = Loads::of_correction(self.corrected);
+        self.correct(forces, loads)
     }
 }
 
@@ -280,19 +294,34 @@ impl DcaWorkspace {
     /// Corrects the solution once, or adds the response to other loads.
     pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         self.compute_joint_wrenches(forces)?;
-        let (threads, scales) = (self.options.parallel, &self.scales.acceleration);
+        let (threads, scales) = (self.options.parallel, &self.scales);
         self.computed = false;
         self.wrenches_computed = false;
+        let settles = loads == Loads::Settled && !self.settled;
+        let push = largest_push(&self.model, forces);
+        let least = least_acceleration(&self.model, scales, &self.qd, push);
+        let given = Given {
+            q: &self.q,
+            qd: &self.qd,
+            rate_scales: &scales.rate,
+            length: self.model.units().length,
+        };
         let refined = in_tree!(&mut self.trees, tree => {
+            tree.prepare_to_settle(&self.model);
+            if settles {
+                tree.settle(self.model.units(), &given, forces, scales, threads);
+            }
             tree.correct(loads, threads).map(|residual| Refinement {
                 residual,
-                change: tree.read_change(&mut self.qdd, scales),
+                change: tree.read_change(&mut self.qdd, &scales.acceleration, least),
             })
         });
         let refined = refined.map_err(|fault| self.named(fault))?;
         finite_results(&self.model, "joint acceleration", &self.qdd, self.time)?;
         self.computed = true;
         self.wrenches_computed = true;
+        self.corrected |= loads != Loads::Rounding;
+        self.settled |= settles;
         Ok(refined)
     }
 }
@@ -338,7 +367,11 @@ pub fn dca<'w>(
     state.check(model)?;
     workspace.computed = false;
     workspace.wrenches_computed = false;
+    workspace.corrected = false;
+    workspace.settled = false;
     workspace.time = state.time;
+    workspace.q.copy_from_slice(&state.q);
+    workspace.qd.copy_from_slice(&state.qd);
     let DcaWorkspace {
         trees,
         scales,
@@ -358,9 +391,9 @@ pub fn dca<'w>(
 
 impl<T: Real, L: Real> Tree<T, L> {
     /// [`read_accelerations`](Self::read_accelerations); gives the largest change of one, as part of the
-    /// largest.
-    fn read_change(&self, qdd: &mut [f64], scales: &[f64]) -> f64 {
-        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+    /// largest, or of `least` if that is larger.
+    fn read_change(&self, qdd: &mut [f64], scales: &[f64], least: f64) -> f64 {
+        let (mut change, mut largest) = (0.0_f64, least);
         let own = (self.plan.model_dofs.iter()).zip(self.chunks.qdd.iter().zip(self.changes()));
         for (&dof, (own, by)) in own {
             let dof = dof as usize;

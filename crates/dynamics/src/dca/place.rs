@@ -10,10 +10,11 @@
 use super::plan::{ChunkPlan, Extent, Inboard, JoinPlan, Parent, Part, Plan};
 use super::split::{Divide, divide, for_each};
 use crate::Forces;
+use crate::across::Given;
+use crate::drift::Drift;
 use crate::kinematics::{BLOCK, sines_and_cosines};
-use crate::link::{Kind, Link};
 use vertebra_assembly::Units;
-use vertebra_spatial::{Force, Mat3, Motion, Real, RigidInertia, Transform, Vec3, subspace, vec3};
+use vertebra_spatial::{Force, Mat3, Motion, Real, RigidInertia, Vec3};
 
 /// How one end of a part is turned and turns, seen from another.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +59,41 @@ pub(super) struct Placed<T> {
 }
 
 impl<T: Real> Placed<T> {
+    /// A body with these joint axes and this offset beyond one that turns with `w`; turning itself with
+    /// `spin`, if that is known. Fills the motion subspace in; the terms are those of
+    /// [`crate::kinematics`].
+    #[inline(always)]
+    fn new(
+        plan: &Plan<T>,
+        slot: usize,
+        (w, spin): (Vec3<T>, Option<Vec3<T>>),
+        (rotation, offset): (Mat3<T>, Vec3<T>),
+        columns: &mut [Motion<T>],
+        given: &Given<'_>,
+    ) -> Self {
+        let link = &plan.links[slot];
+        let (joint_velocity, turning_rates) = link.span(&rotation, given, columns);
+        let wj = w.cross(joint_velocity.linear);
+        let spin = spin.unwrap_or(w + joint_velocity.angular);
+        let inertia = link.inertia.rotated(&rotation);
+        Self {
+            rotation,
+            spin,
+            offset,
+            arm: if plan.at_center[slot] {
+                rotation * plan.frames[slot].center
+            } else {
+                Vec3::ZERO
+            },
+            bias_acceleration: Motion::new(
+                w.cross(joint_velocity.angular),
+                w.cross(w.cross(offset)) + wj + wj + turning_rates,
+            ),
+            external: -inertia.bias(spin),
+            inertia,
+        }
+    }
+
     /// The velocity-product acceleration of the body's point at `r` from one that has none.
     pub(super) fn centripetal(&self, r: Vec3<T>) -> Motion<T> {
         Motion::new(Vec3::ZERO, self.spin.cross(self.spin.cross(r)))
@@ -80,25 +116,6 @@ pub(super) struct Places<T> {
     across_joins: Vec<Turn<T>>,
     /// What each join's inboard end hangs from.
     under_joins: Vec<Turn<T>>,
-}
-
-/// The state as it is given, and the factors to the model's units.
-#[derive(Clone, Copy)]
-pub(super) struct Given<'a> {
-    pub(super) q: &'a [f64],
-    pub(super) qd: &'a [f64],
-    pub(super) rate_scales: &'a [f64],
-    pub(super) length: f64,
-}
-
-impl Given<'_> {
-    fn rate<T: Real>(&self, v: usize) -> T {
-        T::from_f64(self.qd[v] * self.rate_scales[v])
-    }
-
-    fn rates<T: Real>(&self, v: usize) -> Vec3<T> {
-        vec3(self.rate(v), self.rate(v + 1), self.rate(v + 2))
-    }
 }
 
 impl<T: Real> Places<T> {
@@ -204,6 +221,30 @@ impl<T: Real> Places<T> {
         });
     }
 
+    /// Takes out what rounding has added up of rotations and angular velocities from joint to joint.
+    pub(super) fn settle(
+        &mut self,
+        plan: &Plan<T>,
+        drift: &mut Drift,
+        given: &Given<'_>,
+        parallel: bool,
+    ) {
+        let slot = |body: usize| plan.slots[body] as usize;
+        let link = |body: usize| &plan.links[slot(body)];
+        drift.measure(given, plan.len(), link, |body| {
+            let placed = &self.bodies[slot(body)];
+            (placed.rotation, placed.spin)
+        });
+        let own = Globals {
+            bodies: &mut self.bodies,
+            columns: &mut self.columns,
+        };
+        let chunks = 0..plan.chunks.len();
+        divide(parallel, &plan.extents, chunks, own, &|chunk, own| {
+            own.settle(plan, chunk, drift, given);
+        });
+    }
+
     /// Adds to the external forces those that are given.
     pub(super) fn push(&mut self, plan: &Plan<T>, forces: &Forces, units: &Units) {
         for (id, wrench) in forces.acting() {
@@ -302,124 +343,41 @@ impl<T: Real> Divide for Globals<'_, T> {
 }
 
 impl<T: Real> Globals<'_, T> {
-    /// The bodies of a chunk that hangs from `start`; the terms are those of
-    /// [`crate::kinematics`].
+    /// The bodies of a chunk that hangs from `start`.
     fn place(self, plan: &Plan<T>, chunk: usize, start: Turn<T>, given: &Given<'_>) {
         let slots = plan.slots_of(chunk);
         let (mut parent, mut w) = (start.rotation, start.spin);
         let mut columns = self.columns;
-        for ((body, link), slot) in self
-            .bodies
-            .iter_mut()
-            .zip(&plan.links[slots.clone()])
-            .zip(slots)
-        {
+        for (body, slot) in self.bodies.iter_mut().zip(slots) {
             let rotation = parent * body.rotation;
             let offset = parent * body.offset;
-            let (own, rest) = columns.split_at_mut(link.kind.dof_count());
-            columns = rest;
-            let (joint_velocity, turning_rates) = link.span(&rotation, given, own);
-            let wj = w.cross(joint_velocity.linear);
-            let spin = w + joint_velocity.angular;
-            let inertia = link.inertia.rotated(&rotation);
-            *body = Placed {
-                rotation,
-                spin,
-                offset,
-                arm: if plan.at_center[slot] {
-                    rotation * plan.frames[slot].center
-                } else {
-                    Vec3::ZERO
-                },
-                bias_acceleration: Motion::new(
-                    w.cross(joint_velocity.angular),
-                    w.cross(w.cross(offset)) + wj + wj + turning_rates,
-                ),
-                external: -inertia.bias(spin),
-                inertia,
-            };
-            (parent, w) = (rotation, spin);
+            let own = next(&mut columns, plan, slot);
+            *body = Placed::new(plan, slot, (w, None), (rotation, offset), own, given);
+            (parent, w) = (rotation, body.spin);
+        }
+    }
+
+    /// The bodies of a chunk where they are without drift.
+    fn settle(self, plan: &Plan<T>, chunk: usize, drift: &Drift, given: &Given<'_>) {
+        let mut columns = self.columns;
+        for (body, slot) in self.bodies.iter_mut().zip(plan.slots_of(chunk)) {
+            let link = &plan.links[slot];
+            let (parent, w) = drift.settled(link.parent);
+            let (rotation, spin) = drift.settled(Some(plan.bodies[slot] as usize));
+            let offset = parent * link.displacement(given);
+            let own = next(&mut columns, plan, slot);
+            *body = Placed::new(plan, slot, (w, Some(spin)), (rotation, offset), own, given);
         }
     }
 }
 
-impl<T: Real> Link<T> {
-    /// The joint frame in that of the body before; `turn` is sine and cosine of a revolute or screw
-    /// joint.
-    fn local(&self, given: &Given<'_>, turn: (T, T)) -> Transform<T> {
-        let mut local = self.placement;
-        let q = &given.q[self.q..];
-        let length = |x: f64| T::from_f64(x / given.length);
-        match self.kind {
-            Kind::Fixed => {}
-            Kind::Revolute => {
-                let ((sin, cos), Mat3 { x_axis, y_axis, .. }) = (turn, local.rotation);
-                local.rotation.x_axis = x_axis * cos + y_axis * sin;
-                local.rotation.y_axis = y_axis * cos - x_axis * sin;
-            }
-            Kind::Prismatic => local.translation += local.rotation.z_axis * length(q[0]),
-            Kind::Screw => {
-                let ((sin, cos), Mat3 { x_axis, y_axis, .. }) = (turn, local.rotation);
-                local.rotation.x_axis = x_axis * cos + y_axis * sin;
-                local.rotation.y_axis = y_axis * cos - x_axis * sin;
-                let along = local.rotation.z_axis * self.pitch;
-                local.translation += along * T::from_f64(q[0]);
-            }
-            Kind::Spherical => {
-                local.rotation = local.rotation * T::rotation_of([q[0], q[1], q[2], q[3]]);
-            }
-            Kind::Free => {
-                local.translation = local.point(vec3(q[0], q[1], q[2]).map(length));
-                local.rotation = local.rotation * T::rotation_of([q[3], q[4], q[5], q[6]]);
-            }
-        }
-        local
-    }
-
-    /// Angular velocity across the joint, in joint axes.
-    fn turning(&self, given: &Given<'_>) -> Vec3<T> {
-        match self.kind {
-            Kind::Fixed | Kind::Prismatic => Vec3::ZERO,
-            Kind::Revolute | Kind::Screw => vec3(T::ZERO, T::ZERO, given.rate(self.v)),
-            Kind::Spherical | Kind::Free => given.rates(self.v),
-        }
-    }
-
-    /// Fills the motion subspace in; returns the velocity across the joint, and what turning rates
-    /// add to the acceleration.
-    fn span(
-        &self,
-        rotation: &Mat3<T>,
-        given: &Given<'_>,
-        columns: &mut [Motion<T>],
-    ) -> (Motion<T>, Vec3<T>) {
-        match self.kind {
-            Kind::Fixed => (Motion::ZERO, Vec3::ZERO),
-            Kind::Revolute => {
-                columns.copy_from_slice(&subspace::revolute(rotation.z_axis));
-                (columns[0] * given.rate(self.v), Vec3::ZERO)
-            }
-            Kind::Prismatic => {
-                columns.copy_from_slice(&subspace::prismatic(rotation.z_axis));
-                (columns[0] * given.rate(self.v), Vec3::ZERO)
-            }
-            Kind::Screw => {
-                columns.copy_from_slice(&subspace::screw(rotation.z_axis, self.pitch));
-                (columns[0] * given.rate(self.v), Vec3::ZERO)
-            }
-            Kind::Spherical => {
-                columns.copy_from_slice(&subspace::spherical(rotation));
-                let spin = *rotation * given.rates(self.v);
-                (Motion::new(spin, Vec3::ZERO), Vec3::ZERO)
-            }
-            Kind::Free => {
-                columns.copy_from_slice(&subspace::free(rotation));
-                let (spin, slide) = (
-                    *rotation * given.rates(self.v),
-                    *rotation * given.rates(self.v + 3),
-                );
-                (Motion::new(spin, slide), spin.cross(slide))
-            }
-        }
-    }
+/// Takes a slot's own columns off the first of those that are left.
+fn next<'a, T: Real>(
+    columns: &mut &'a mut [Motion<T>],
+    plan: &Plan<T>,
+    slot: usize,
+) -> &'a mut [Motion<T>] {
+    let (own, rest) = core::mem::take(columns).split_at_mut(plan.links[slot].kind.dof_count());
+    *columns = rest;
+    own
 }

@@ -119,7 +119,12 @@ impl<T: Real, L: Real> Tree<T, L> {
     }
 
     /// Replaces the part of a force along a joint's freedoms by the joint force.
-    fn along_freedoms(&self, slot: usize, f: Force<T>, acting: &Acting<'_, T>) -> Force<T> {
+    pub(super) fn along_freedoms(
+        &self,
+        slot: usize,
+        f: Force<T>,
+        acting: &Acting<'_, T>,
+    ) -> Force<T> {
         let dofs = self.plan.dofs_of(slot);
         let columns = &self.places.columns[dofs.clone()];
         let mut tau = [T::ZERO; 6];

@@ -4,11 +4,13 @@
 use super::chunk::{self, Chunks, Ends};
 use super::correct::Corrections;
 use super::join::{Joined, Node, join};
-use super::place::{self, Places};
+use super::place::Places;
 use super::plan::{Head, JoinPlan, Part, Plan, Raked};
 use super::rake::Rake;
 use super::split::{Divide, Fault, PARALLEL_BODIES, divide, for_each};
 use crate::Forces;
+use crate::across::Given;
+use crate::drift::Drift;
 use crate::link::Scales;
 use vertebra_assembly::schedule::Schedule;
 use vertebra_assembly::{Model, State};
@@ -43,6 +45,7 @@ pub(super) struct Tree<T, L> {
     pub(super) joins: Vec<JoinState<L>>,
     /// Memory of the corrections, taken when the first one is asked for.
     pub(super) corrections: Option<Box<Corrections<T>>>,
+    pub(super) drift: Option<Box<Drift>>,
 }
 
 impl<T: Real, L: Real> Tree<T, L> {
@@ -66,6 +69,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             sums: vec![Rake::default(); plan.sums.len()],
             joins: vec![state; plan.joins.len()],
             corrections: None,
+            drift: None,
             plan,
         }
     }
@@ -80,7 +84,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         threads: bool,
     ) -> Result<(), Fault> {
         let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
-        let given = place::Given {
+        let given = Given {
             q: &state.q,
             qd: &state.qd,
             rate_scales: &scales.rate,

@@ -16,21 +16,21 @@ pub(super) struct Freedom {
     pub(super) q: usize,
     pub(super) dof: usize,
     /// Spring and damper, in force at all rates.
-    stiffness: f64,
-    rest: f64,
-    damping: f64,
-    armature: f64,
-    friction: f64,
+    pub(super) stiffness: f64,
+    pub(super) rest: f64,
+    pub(super) damping: f64,
+    pub(super) armature: f64,
+    pub(super) friction: f64,
     /// Rate below which friction holds.
     slip: f64,
-    range: Option<[f64; 2]>,
-    stop: Stop,
+    pub(super) range: Option<[f64; 2]>,
+    pub(super) stop: Stop,
     /// About the inertia that the joint moves.
-    moved: f64,
+    pub(super) moved: f64,
     /// Rate at which a joint is brought back into its range.
     recovery: f64,
     pub(super) motor: Motor,
-    effort: f64,
+    pub(super) effort: f64,
     /// Of motor, friction and stop in the step at hand, and the parts of them that are taken.
     laws: [Law; 3],
     parts: [Part; 3],
@@ -110,6 +110,10 @@ impl Freedom {
         }
         self.open = open;
         self.laws = [self.motor_law(now), self.friction_law(), stop];
+        // A motor that was limited may be so no more.
+        if self.laws[0].most == f64::INFINITY {
+            self.parts[0] = Part::Slope;
+        }
     }
 
     fn motor_law(&self, now: &Moment) -> Law {
@@ -276,10 +280,10 @@ impl Freedom {
 pub(super) struct Ball {
     pub(super) q: usize,
     pub(super) dof: usize,
-    stiffness: f64,
-    rest: Quat<f64>,
-    damping: f64,
-    armature: f64,
+    pub(super) stiffness: f64,
+    pub(super) rest: Quat<f64>,
+    pub(super) damping: f64,
+    pub(super) armature: f64,
 }
 
 impl Ball {

@@ -27,6 +27,8 @@
 //! or with friction, whose forces jump.
 
 mod freedom;
+#[cfg(feature = "gpu")]
+mod kernels;
 mod law;
 mod motor;
 
@@ -38,7 +40,7 @@ use vertebra_assembly::{BodyId, JointKind, Model, State};
 
 /// Solutions of one step at most. Parts settle one after another where joints do not push each other
 /// about, so a few do; what has not settled is taken as it is.
-const PASSES: usize = 12;
+pub(crate) const PASSES: usize = 12;
 
 /// Work done since the start \[J\]. Of implicit steps by the forces at the end of each over the way that the
 /// mean rate makes: exact for the kinetic energy of joints whose inertia is constant, and to first order in
@@ -261,7 +263,8 @@ impl Elements {
         }
     }
 
-    fn check_step(&self, h: f64) -> Result<(), Error> {
+    /// Refuses steps back in time.
+    pub(crate) fn check_step(&self, h: f64) -> Result<(), Error> {
         if h.is_finite() && h >= 0.0 {
             return Ok(());
         }

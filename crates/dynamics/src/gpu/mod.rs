@@ -37,7 +37,14 @@ use vertebra_assembly::{JointKind, Model};
 
 /// Refuses what kernels do not compute rather than leave it out.
 pub(crate) fn check_model(model: &Model) -> Result<(), Error> {
-    crate::loops::refuse_loops(model, "a GPU")?;
+    if crate::loops::has_loops(model) {
+        return check_bare(model);
+    }
+    Ok(())
+}
+
+/// Refuses what kernels of loops and of the recursion in lanes do not compute: screws, and what acts in joints.
+fn check_bare(model: &Model) -> Result<(), Error> {
     let is_screw = |kind| matches!(kind, JointKind::Screw { .. });
     if let Some(body) = model.bodies().iter().find(|body| is_screw(body.joint.kind)) {
         return Err(Error::JointUnavailable {

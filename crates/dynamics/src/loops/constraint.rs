@@ -9,20 +9,20 @@ use vertebra_spatial::{Force, Transform, Vec3};
 
 /// One loop or coupling.
 #[derive(Clone, Debug)]
-pub(super) struct Constraint {
-    pub(super) name: String,
+pub(crate) struct Constraint {
+    pub(crate) name: String,
     /// Its rows of J.
-    pub(super) rows: Range<usize>,
+    pub(crate) rows: Range<usize>,
     /// The bodies that it moves and all theirs up to the world, parents first, and the freedoms of these.
     pub(super) bodies: Vec<usize>,
-    pub(super) dofs: Vec<usize>,
+    pub(crate) dofs: Vec<usize>,
     /// Where its first row's entries start.
     start: usize,
-    kind: Kind,
+    pub(crate) kind: Kind,
 }
 
 #[derive(Clone, Debug)]
-enum Kind {
+pub(crate) enum Kind {
     Loop(Box<Closing>),
     Coupling {
         /// Where the coordinates of the follower and of the other are in q.
@@ -40,21 +40,21 @@ enum Kind {
 
 /// A loop.
 #[derive(Clone, Debug)]
-struct Closing {
-    ends: [Option<End>; 2],
+pub(crate) struct Closing {
+    pub(crate) ends: [Option<End>; 2],
     /// Where the frames of ends without a body are, in the world.
-    placements: [Transform<f64>; 2],
-    equations: Vec<Equation>,
+    pub(crate) placements: [Transform<f64>; 2],
+    pub(crate) equations: Vec<Equation>,
     /// The longest link of the loop, in the model's lengths.
-    size: f64,
+    pub(crate) size: f64,
 }
 
 /// One side of a loop.
 #[derive(Clone, Debug)]
-struct End {
-    body: usize,
+pub(crate) struct End {
+    pub(crate) body: usize,
     /// The closure's frame in the body's joint frame.
-    frame: Transform<f64>,
+    pub(crate) frame: Transform<f64>,
     /// The body and those that carry it, but none that carries both ends, inwards; with each the place of
     /// its first freedom in a row.
     path: Vec<(usize, usize)>,
@@ -62,7 +62,7 @@ struct End {
 
 impl Constraint {
     /// All of a model, with the number of rows and of entries of J.
-    pub(super) fn of_model(model: &Model, s: &Sweeps<f64>) -> (Vec<Self>, usize, usize) {
+    pub(crate) fn of_model(model: &Model, s: &Sweeps<f64>) -> (Vec<Self>, usize, usize) {
         let (mut rows, mut entries) = (0, 0);
         let mut all: Vec<Self> = (model
             .loops()
@@ -207,7 +207,7 @@ impl Constraint {
     }
 
     /// What a row's values are measured by.
-    pub(super) fn size_of(&self, row: usize) -> f64 {
+    pub(crate) fn size_of(&self, row: usize) -> f64 {
         match &self.kind {
             Kind::Loop(closing) if closing.equations[row - self.rows.start].is_length() => {
                 closing.size

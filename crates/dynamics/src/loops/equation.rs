@@ -13,7 +13,7 @@ use vertebra_spatial::{Force, Mat3, Transform, Vec3, vec3};
 
 /// One equation of a closure; axes are numbered x, y, z, and z is the closure's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Equation {
+pub(crate) enum Equation {
     /// The second origin has coordinate zero along an axis of the first frame.
     Point(usize),
     /// An axis of the first frame is perpendicular to one of the second.

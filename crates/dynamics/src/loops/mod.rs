@@ -37,9 +37,9 @@
 //! 1983), which puts one half at each end. Methods of higher order take all of it at each of their stages.
 
 mod closing;
-mod constraint;
+pub(crate) mod constraint;
 mod envelope;
-mod equation;
+pub(crate) mod equation;
 mod exact;
 mod solve;
 
@@ -60,7 +60,7 @@ const ITERATIONS: usize = 20;
 
 /// Violation over the loop's size from which a step does not start: closing the loop would move bodies by more of
 /// their length than steps do that mean anything.
-const OPEN: f64 = 1e-2;
+pub(crate) const OPEN: f64 = 1e-2;
 
 /// How far a loop or coupling of a model is from closed.
 #[derive(Clone, Debug, PartialEq)]

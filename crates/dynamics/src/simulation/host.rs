@@ -81,6 +81,21 @@ impl Host {
         Ok(self.solver.loop_forces(model))
     }
 
+    /// The joint accelerations [rad/s^2 or m/s^2].
+    pub(super) fn accelerations(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<Vec<f64>, Error> {
+        let forces = match busy(&mut self.elements) {
+            Some(elements) => elements.load(state, forces, 0.0)?,
+            None => forces,
+        };
+        let solved = self.solver.forward_dynamics(model, state, forces);
+        solved.map(<[f64]>::to_vec)
+    }
+
     /// The forces that act without a step, those of elements and loops included, and the solver.
     pub(super) fn all_forces<'a>(
         &'a mut self,
@@ -119,7 +134,7 @@ impl Host {
                 None => forces,
             };
             let found = self.solver.check(model, state, forces)?;
-            monitor.record(state.time, found);
+            monitor.record(state.time, found)?;
         }
         let elements = busy(&mut self.elements);
         if let Some(elements) = &elements {
@@ -157,7 +172,7 @@ impl Host {
         }
         core::mem::swap(state, &mut self.next);
         if let Some(monitor) = monitor {
-            monitor.count();
+            monitor.count(1);
         }
         Ok(())
     }

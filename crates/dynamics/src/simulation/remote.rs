@@ -1,17 +1,41 @@
 //! Steps on a GPU.
 
-use crate::{Algorithm, Choice, Error, Forces, Integrator, Monitor, SolverOptions, gpu};
+use super::exact::Exact;
+use super::host::Host;
+use crate::loops::refuse_loops;
+use crate::{
+    Achieved, Algorithm, Choice, Elements, Error, Forces, Integrator, Monitor, Precision, Solver,
+    SolverOptions, Workspace, check_accelerations, gpu,
+};
 use vertebra_assembly::{Model, State};
+use vertebra_gpu::wgpu::Features;
+
+/// What the host knows of a model in motion.
+#[derive(Clone, Copy)]
+pub(super) struct Problem<'a> {
+    pub(super) model: &'a Model,
+    /// As it was set or read last.
+    pub(super) state: &'a State,
+    pub(super) forces: &'a Forces,
+}
 
 /// A simulation on a GPU, and what the host knows of it.
 #[derive(Debug)]
 pub(super) struct Remote {
     device: vertebra_gpu::Device,
+    /// As its user wants them, where a tolerance does not decide.
+    options: gpu::Options,
     pub(super) simulation: gpu::Simulation,
     /// Whether the host's state is older.
     pub(super) is_ahead: bool,
     /// Whether the host's forces are newer.
     pub(super) forces_changed: bool,
+    /// How a tolerance is met, if one was asked for.
+    exact: Option<Box<Exact>>,
+    /// In which the device's accelerations are checked, once they are.
+    checks: Option<Box<Workspace>>,
+    /// What answers questions about loops in one state, once there was one.
+    host: Option<Box<Host>>,
 }
 
 impl Remote {
@@ -20,34 +44,58 @@ impl Remote {
         model: &Model,
         options: &gpu::Options,
     ) -> Result<Self, Error> {
-        Ok(Self {
-            simulation: gpu::Simulation::on(device, model, options)?,
-            device: device.clone(),
-            is_ahead: false,
-            forces_changed: false,
-        })
+        let simulation = gpu::Simulation::on(device, model, options)?;
+        Ok(Self::of(device, simulation))
     }
 
-    /// The same model with other precisions and chunks, in the neutral state.
+    fn of(device: &vertebra_gpu::Device, simulation: gpu::Simulation) -> Self {
+        Self {
+            device: device.clone(),
+            options: *simulation.options(),
+            simulation,
+            is_ahead: false,
+            forces_changed: false,
+            exact: None,
+            checks: None,
+            host: None,
+        }
+    }
+
+    /// The same model with other precisions and chunks, in the neutral state; none where the device cannot be so
+    /// exact.
     pub(super) fn with_solver(
-        &self,
+        &mut self,
         model: &Model,
         options: &SolverOptions,
-    ) -> Result<Self, Error> {
+    ) -> Result<Option<Self>, Error> {
         if options.algorithm == Some(Algorithm::Aba) {
             return Err(unavailable("the articulated-body algorithm for one model"));
         }
-        if options.tolerance.is_some() {
-            return Err(unavailable("a solution to a tolerance"));
-        }
-        let own = self.simulation.options();
-        let options = gpu::Options {
-            chunks: Some(options.precision),
-            tree: Some(options.tree.unwrap_or(options.precision)),
-            schedule: options.schedule.or(own.schedule),
-            ..*own
+        let own = gpu::Options {
+            schedule: options.schedule.or(self.options.schedule),
+            ..self.options
         };
-        Self::new(&self.device, model, &options)
+        let Some(tolerance) = options.tolerance else {
+            let options = gpu::Options {
+                chunks: Some(options.precision),
+                tree: Some(options.tree.unwrap_or(options.precision)),
+                ..own
+            };
+            let simulation = self.simulation.with_options(model, &options)?;
+            return Ok(Some(Self::of(&self.device, simulation)));
+        };
+        let has_f64 = self.device.features().contains(Features::SHADER_F64);
+        let exact = Exact::new(model, has_f64, tolerance)?;
+        let Some(rung) = exact.rung() else {
+            return Ok(None);
+        };
+        check_measurable(model, self.simulation.elements())?;
+        let simulation = (self.simulation).with_options(model, &rung.options(&own))?;
+        Ok(Some(Self {
+            options: own,
+            exact: Some(Box::new(exact)),
+            ..Self::of(&self.device, simulation)
+        }))
     }
 
     /// What was chosen, given what was expected.
@@ -62,30 +110,176 @@ impl Remote {
         }
     }
 
+    /// How a tolerance was met when that was last measured.
+    pub(super) fn achieved(&self) -> Option<&Achieved> {
+        self.exact.as_ref()?.achieved()
+    }
+
     pub(super) fn set_state(&mut self, state: &State) -> Result<(), Error> {
         self.simulation.set_state(state)?;
         self.is_ahead = false;
+        if let Some(exact) = &mut self.exact {
+            exact.measure_next();
+        }
         Ok(())
     }
 
+    /// The processor's side of the same model, in f64, with what acts in the joints.
+    pub(super) fn host(&mut self, model: &Model) -> Result<&mut Host, Error> {
+        let host = match self.host.take() {
+            Some(host) => host,
+            None => {
+                let solver = Solver::new(model, &SolverOptions::default())?;
+                Box::new(Host::new(model, solver))
+            }
+        };
+        let host = self.host.insert(host);
+        host.elements = (self.simulation.elements()).map(|elements| Box::new(elements.clone()));
+        Ok(host)
+    }
+
+    /// Takes steps; what is to be checked is read between them.
+    ///
+    /// # Errors
+    /// [`Error::Step`] of [`Error::ToleranceMissed`] where the device cannot be so exact from some step on.
     pub(super) fn steps(
         &mut self,
-        forces: &Forces,
+        problem: Problem<'_>,
         (h, integrator): (f64, Integrator),
         count: usize,
-        monitor: Option<&Monitor>,
+        monitor: &mut Option<Monitor>,
     ) -> Result<(), Error> {
-        if monitor.is_some() {
-            return Err(unavailable("a monitor of accuracy"));
-        }
         self.simulation.set_integrator(integrator)?;
+        self.take_forces(problem.forces)?;
+        let mut taken = 0;
+        let failed = |step, source| Error::Step {
+            step,
+            count,
+            source: Box::new(source),
+        };
+        loop {
+            let mut next = count - taken;
+            if next > 0 {
+                self.check(problem, monitor)
+                    .map_err(|source| failed(taken, source))?;
+            }
+            if let Some(monitor) = monitor {
+                next = next.min(monitor.steps_to_next());
+            }
+            if let Some(exact) = &self.exact {
+                next = next.min(exact.steps_to_next());
+            }
+            self.is_ahead = true;
+            let (done, outcome) = match self.simulation.steps(h, next) {
+                Err(Error::Step { step, source, .. }) => (step, Err(failed(taken + step, *source))),
+                Err(error) => return Err(error),
+                Ok(()) => (next, Ok(())),
+            };
+            taken += done;
+            if let Some(monitor) = monitor {
+                monitor.count(done as u64);
+            }
+            if let Some(exact) = &mut self.exact {
+                exact.count(done);
+            }
+            outcome?;
+            if taken == count {
+                return Ok(());
+            }
+        }
+    }
+
+    /// The joint accelerations in the present state [rad/s^2 or m/s^2], to the tolerance if there is one.
+    pub(super) fn accelerations(&mut self, problem: Problem<'_>) -> Result<Vec<f64>, Error> {
+        self.take_forces(problem.forces)?;
+        self.meet(problem)
+    }
+
+    fn take_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         if self.forces_changed {
             self.simulation.set_forces(forces)?;
             self.forces_changed = false;
         }
-        self.is_ahead = true;
-        self.simulation.steps(h, count)
+        Ok(())
     }
+
+    /// What is due before a step.
+    fn check(&mut self, problem: Problem<'_>, monitor: &mut Option<Monitor>) -> Result<(), Error> {
+        if self.exact.as_ref().is_some_and(|exact| exact.is_due()) {
+            self.meet(problem)?;
+        }
+        let Some(monitor) = monitor.as_mut().filter(|monitor| monitor.is_due()) else {
+            return Ok(());
+        };
+        let Problem { model, forces, .. } = problem;
+        check_measurable(model, self.simulation.elements())?;
+        let (state, qdd) = self.simulation.solved()?;
+        let workspace = checking(&mut self.checks, model);
+        let found = check_accelerations(model, &state, forces, &qdd, workspace)?;
+        monitor.record(state.time, found)
+    }
+
+    /// Accelerations that meet the tolerance, if there is one, by the rung in use or one that is dearer, which is
+    /// then used.
+    fn meet(&mut self, problem: Problem<'_>) -> Result<Vec<f64>, Error> {
+        let Problem { model, forces, .. } = problem;
+        loop {
+            let Some(exact) = &mut self.exact else {
+                return self.simulation.accelerations();
+            };
+            check_measurable(model, self.simulation.elements())?;
+            let refused = match self.simulation.solved() {
+                Ok((state, qdd)) => {
+                    let problem = (model, &state, forces);
+                    let workspace = checking(&mut self.checks, model);
+                    match exact.measure(problem, &qdd, workspace) {
+                        Ok(true) => return Ok(qdd),
+                        Ok(false) => None,
+                        Err(error) => Some(error),
+                    }
+                }
+                Err(error) => Some(error),
+            };
+            // Of more precision there may be an answer.
+            match refused {
+                None
+                | Some(
+                    Error::SingularJoint { .. } | Error::Unjoined { .. } | Error::Overflow { .. },
+                ) => {}
+                Some(error) => return Err(error),
+            }
+            exact.climb();
+            let Some(rung) = exact.rung() else {
+                return Err(exact.missed());
+            };
+            let own = rung.options(&self.options);
+            let mut simulation = self.simulation.with_options(model, &own)?;
+            if self.is_ahead {
+                simulation.set_state(&self.simulation.state()?)?;
+            } else {
+                simulation.set_state(problem.state)?;
+            }
+            simulation.set_integrator(self.simulation.options().integrator)?;
+            simulation.set_forces(forces)?;
+            self.simulation = simulation;
+        }
+    }
+}
+
+/// The memory of checks, made when first asked for.
+fn checking<'a>(checks: &'a mut Option<Box<Workspace>>, model: &Model) -> &'a mut Workspace {
+    checks.get_or_insert_with(|| Box::new(Workspace::new(model, Precision::F64)))
+}
+
+/// Refuses what the processor's check of a device's accelerations would leave out.
+fn check_measurable(model: &Model, elements: Option<&Elements>) -> Result<(), Error> {
+    refuse_loops(model, "a check of accelerations on a GPU")?;
+    if elements.is_some_and(|elements| !elements.is_idle()) {
+        return Err(unavailable(
+            "a check of accelerations of models with springs, rotors or motors",
+        ));
+    }
+    Ok(())
 }
 
 const fn unavailable(what: &'static str) -> Error {

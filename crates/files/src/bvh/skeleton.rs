@@ -121,6 +121,7 @@ impl Skeleton {
                         owner: element.clone(),
                         line: u32::try_from(line).unwrap_or(u32::MAX),
                         is_attribute: true,
+                        why: Some("bones keep their lengths".to_owned()),
                     });
                 }
                 words.take("a channel")?;

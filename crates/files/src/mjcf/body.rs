@@ -1,10 +1,12 @@
 //! The tree of bodies.
 
 use super::compiler::{FromGeoms, placed};
+use super::content::{Content, Placed, gather};
+use super::coupling::{self, Known, Site};
 use super::defaults::Element;
 use super::joint;
 use super::mesh::{self, Mesh};
-use super::{Options, Robot, Sections, actuator, coupling, geom};
+use super::{Options, Robot, Sections, actuator, geom};
 use crate::tree::Names;
 use crate::{FileError, Part, Problem};
 use glam::{DMat3, DVec3};
@@ -15,30 +17,20 @@ use vertebra_assembly::{
 };
 use vertebra_spatial::Pose;
 
-/// An element, the `<frame>`s between it and its body, and the class in force around it.
-#[derive(Clone, Copy)]
-pub(super) struct Placed<'n, 'a> {
-    pub(super) node: Node<'n, 'a>,
-    pub(super) offset: Pose,
-    pub(super) class: Option<&'n str>,
-}
-
-/// What stands in a body.
-#[derive(Default)]
-struct Content<'n, 'a> {
-    inertial: Option<Placed<'n, 'a>>,
-    joints: Vec<Placed<'n, 'a>>,
-    geoms: Vec<Placed<'n, 'a>>,
-    sites: Vec<Placed<'n, 'a>>,
-    bodies: Vec<Placed<'n, 'a>>,
-}
-
 /// A body of the file.
 pub(super) struct Entry {
     /// Its name in the model.
     pub(super) name: String,
     /// Its place in the world at q = 0.
     pub(super) place: Pose,
+}
+
+/// A named joint.
+pub(super) struct Carrier {
+    /// Name of the body in the model that it carries.
+    pub(super) body: String,
+    /// What the file calls its position at q = 0 [rad or m].
+    pub(super) reference: f64,
 }
 
 /// What is gathered on the way through the tree.
@@ -49,9 +41,9 @@ struct Walk<'r, 'n, 'a> {
     names: Names,
     /// Bodies of the file, by their name there.
     entries: HashMap<&'n str, Entry>,
-    /// The body in the model that each named joint carries.
-    joints: Vec<(&'n str, String)>,
-    sites: Vec<(String, Option<String>, Pose)>,
+    joints: HashMap<&'n str, Carrier>,
+    /// Named places, in the order of the file, and what they are called in the model.
+    sites: Vec<(&'n str, String, Site)>,
     parts: Vec<(Option<String>, Part)>,
     /// Where the bodies of the model stand in the file.
     lines: HashMap<String, Location>,
@@ -94,7 +86,7 @@ pub(super) fn assemble<'n, 'a>(
         description,
         names: Names::default(),
         entries: HashMap::new(),
-        joints: Vec::new(),
+        joints: HashMap::new(),
         sites: Vec::new(),
         parts: Vec::new(),
         lines: HashMap::new(),
@@ -238,10 +230,13 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
                 }
             };
             if let Some(joint) = read.name {
-                if self.joints.iter().any(|(other, _)| *other == joint) {
+                let carrier = Carrier {
+                    body: carried.clone(),
+                    reference: read.reference,
+                };
+                if self.joints.insert(joint, carrier).is_some() {
                     return Err(reader.error(element.node, XmlProblem::Repeated).into());
                 }
-                self.joints.push((joint, carried.clone()));
             }
             let joint = joint::placed(&read, pose);
             self.push(reader, element.node, (carried.clone(), parent), joint, mass);
@@ -383,10 +378,13 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
                 .defaults
                 .element(reader, site.node, site.class)?;
             let own = self.sections.compiler.placement(reader, element)?;
+            let place = Site {
+                body: body.map(str::to_owned),
+                placement: site.offset * own,
+            };
             // Sites may be called as bodies are; frames may not.
-            let name = self.names.fresh(name.to_owned());
-            self.sites
-                .push((name, body.map(str::to_owned), site.offset * own));
+            let frame = self.names.fresh(name.to_owned());
+            self.sites.push((name, frame, place));
         }
         Ok(())
     }
@@ -405,31 +403,36 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
                 Problem::Empty("has no joint, so that nothing moves; add a body with one");
             return Err(FileError::new(reader.location(root), problem));
         }
-        for (name, body, placement) in self.sites {
-            description = description.frame(name, body.as_deref(), placement);
+        for (_, frame, site) in &self.sites {
+            description = description.frame(frame, site.body.as_deref(), site.placement);
         }
-        let equalities = coupling::read(
-            &mut reader,
-            self.sections,
-            &self.entries,
-            &self.joints,
-            &mut description,
-        )?;
-        let locate = |error: ModelError| {
-            let place = error.culprit().and_then(|name| self.lines.remove(name));
+        let known = Known {
+            bodies: &self.entries,
+            joints: &self.joints,
+            sites: (self.sites.iter())
+                .map(|(name, _, site)| (*name, site))
+                .collect(),
+        };
+        let (description, mut loops) =
+            coupling::read(&mut reader, self.sections, &known, description)?;
+        let model = description.build().map_err(|error| {
+            let of_loop = matches!(
+                error,
+                ModelError::SelfLoop { .. } | ModelError::CoupledFreedoms { .. }
+            );
+            let lines = if of_loop { &mut loops } else { &mut self.lines };
+            let place = error.culprit().and_then(|name| lines.remove(name));
             let place = place.unwrap_or_else(|| reader.location(root));
             FileError::new(place, Problem::Model(error))
-        };
-        let model = description.build().map_err(locate)?;
+        })?;
         let joints: BTreeMap<String, BodyId> = (self.joints.iter())
-            .filter_map(|(joint, body)| Some(((*joint).to_owned(), model.find(body)?)))
+            .filter_map(|(joint, carrier)| Some(((*joint).to_owned(), model.find(&carrier.body)?)))
             .collect();
-        let actuators = actuator::read(&mut reader, self.sections, &joints)?;
+        let actuators = actuator::read(&mut reader, self.sections, &self.joints, &model)?;
         let mut ignored = reader.into_ignored();
         ignored.sort_by_key(|element| element.line);
         Ok(Robot {
             parts: parts(self.parts, &model),
-            couplings: coupling::resolve(&equalities, &model),
             joints,
             actuators,
             time_step,
@@ -445,70 +448,4 @@ fn parts(parts: Vec<(Option<String>, Part)>, model: &Model) -> Vec<Part> {
         ..part
     };
     parts.into_iter().map(on_body).collect()
-}
-
-/// Sorts what stands in a body, `<frame>`s opened, in the order of the file.
-fn gather<'n, 'a>(
-    reader: &mut Reader<'a>,
-    sections: &Sections<'n, 'a>,
-    body: Node<'n, 'a>,
-    class: Option<&'n str>,
-) -> Result<Content<'n, 'a>, FileError> {
-    let mut content = Content::default();
-    let mut stack = vec![Placed {
-        node: body,
-        offset: Pose::IDENTITY,
-        class,
-    }];
-    let mut is_body = true;
-    while let Some(placed) = stack.pop() {
-        let tag = placed.node.tag_name().name();
-        match tag {
-            _ if core::mem::take(&mut is_body) => open(reader, &placed, &mut stack)?,
-            "frame" => {
-                let mut known = super::compiler::placed(["childclass"]);
-                known.retain(|&attribute| attribute != "class");
-                reader.ignore_attributes_but(placed.node, &known);
-                let element = Element::plain(placed.node);
-                let frame = Placed {
-                    offset: placed.offset * sections.compiler.placement(reader, element)?,
-                    class: reader
-                        .optional_text(placed.node, "childclass")?
-                        .or(placed.class),
-                    ..placed
-                };
-                open(reader, &frame, &mut stack)?;
-            }
-            "inertial" => {
-                if content.inertial.replace(placed).is_some() {
-                    return Err(reader.error(placed.node, XmlProblem::Repeated).into());
-                }
-            }
-            "joint" | "freejoint" => content.joints.push(placed),
-            "geom" => content.geoms.push(placed),
-            "site" => content.sites.push(placed),
-            "body" => content.bodies.push(placed),
-            "include" | "replicate" | "attach" | "composite" | "flexcomp" => {
-                let problem = Problem::NotExpanded { program: "MuJoCo" };
-                return Err(FileError::new(reader.location(placed.node), problem));
-            }
-            _ => reader.ignore(placed.node),
-        }
-    }
-    Ok(content)
-}
-
-fn open<'n, 'a>(
-    reader: &mut Reader<'a>,
-    owner: &Placed<'n, 'a>,
-    stack: &mut Vec<Placed<'n, 'a>>,
-) -> Result<(), FileError> {
-    let children = reader.children(owner.node)?;
-    stack.extend(
-        children
-            .into_iter()
-            .rev()
-            .map(|(_, node)| Placed { node, ..*owner }),
-    );
-    Ok(())
 }

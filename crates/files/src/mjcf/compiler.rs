@@ -229,7 +229,7 @@ pub(super) fn unit<'a>(
 }
 
 /// `libm` makes the model the same, bit for bit, on every machine.
-fn turned(axis: DVec3, angle: f64) -> DQuat {
+pub(super) fn turned(axis: DVec3, angle: f64) -> DQuat {
     let v = axis * libm::sin(0.5 * angle);
     DQuat::from_xyzw(v.x, v.y, v.z, libm::cos(0.5 * angle)).normalize()
 }

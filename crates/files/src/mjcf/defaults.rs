@@ -16,6 +16,16 @@ const TAGS: [&str; 8] = [
     "joint", "geom", "site", "mesh", "motor", "position", "velocity", "general",
 ];
 
+/// Actuators, which are spellings of one element: what is common to them is stated by any of them.
+const ACTUATORS: [&str; 4] = ["motor", "position", "velocity", "general"];
+const COMMON: [&str; 5] = [
+    "gear",
+    "ctrlrange",
+    "ctrllimited",
+    "forcerange",
+    "forcelimited",
+];
+
 /// All classes, each with what it inherits.
 pub(super) struct Defaults<'n, 'a> {
     outermost: &'n str,
@@ -54,8 +64,14 @@ impl<'n, 'a> Defaults<'n, 'a> {
                     if tag == "default" {
                         nested.push((child, reader.text(child, "class")?));
                     } else if TAGS.contains(&tag) {
-                        let settings = own.entry(tag).or_default();
-                        settings.extend(child.attributes().map(|a| (a.name(), child)));
+                        let stated = child.attributes().map(|a| (a.name(), child));
+                        own.entry(tag).or_default().extend(stated.clone());
+                        if ACTUATORS.contains(&tag) {
+                            let common = stated.filter(|(name, _)| COMMON.contains(name));
+                            for other in ACTUATORS {
+                                own.entry(other).or_default().extend(common.clone());
+                            }
+                        }
                     } else {
                         reader.ignore(child);
                     }

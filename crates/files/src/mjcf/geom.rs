@@ -1,7 +1,7 @@
 //! Geoms: shapes and what they weigh.
 
-use super::body::Placed;
 use super::compiler::placed;
+use super::content::Placed;
 use super::defaults::Element;
 use super::mesh::Mesh;
 use super::{Sections, compiler};

@@ -1,7 +1,8 @@
 //! Joints of a body.
 
 use super::Sections;
-use super::body::Placed;
+use super::content::Placed;
+use super::defaults::Element;
 use crate::{FileError, Problem};
 use glam::{DQuat, DVec3};
 use vertebra_assembly::xml::{Reader, XmlProblem};
@@ -13,6 +14,8 @@ pub(super) struct Read<'n> {
     pub(super) name: Option<&'n str>,
     /// Where it turns, in the body's frame at the pose of the file \[m\].
     pub(super) anchor: DVec3,
+    /// What the file calls its position at q = 0 [rad or m].
+    pub(super) reference: f64,
     /// The joint without its placements.
     pub(super) joint: Joint,
 }
@@ -30,6 +33,7 @@ pub(super) fn read<'n, 'a>(
         return Ok(Read {
             name,
             anchor: DVec3::ZERO,
+            reference: 0.0,
             joint: Joint::free(),
         });
     }
@@ -47,6 +51,8 @@ pub(super) fn read<'n, 'a>(
         "stiffness",
         "springref",
         "ref",
+        "actuatorfrcrange",
+        "actuatorfrclimited",
     ];
     reader.ignore_attributes_but(node, &known);
     let element = sections.defaults.element(reader, node, placed.class)?;
@@ -80,6 +86,7 @@ pub(super) fn read<'n, 'a>(
         return Ok(Read {
             name,
             anchor: DVec3::ZERO,
+            reference: 0.0,
             joint,
         });
     }
@@ -100,8 +107,11 @@ pub(super) fn read<'n, 'a>(
     if element.flag(reader, "limited", automatic)? {
         let range = range.unwrap_or_default();
         match kind {
-            // The cone of a ball joint is no range of one number.
-            JointKind::Spherical => reader.ignore_attribute(element.source("range"), "range"),
+            JointKind::Spherical => {
+                let why =
+                    "the range of a ball joint is a cone, and joints have ranges of one number";
+                reader.ignore_attribute_because(element.source("range"), "range", why);
+            }
             _ => {
                 joint.limits = Some(JointLimits {
                     position: Some(range.map(|bound| (bound - reference) * unit)),
@@ -111,12 +121,37 @@ pub(super) fn read<'n, 'a>(
             }
         }
     }
+    read_effort(reader, sections, element, &mut joint)?;
     let position = element.vector(reader, "pos")?.unwrap_or_default();
     Ok(Read {
         name,
         anchor: placed.offset.transform_point(position),
+        reference: reference * unit,
         joint,
     })
+}
+
+/// The bounds of what all its motors exert together, if they are one number.
+fn read_effort<'a>(
+    reader: &mut Reader<'a>,
+    sections: &Sections<'_, 'a>,
+    element: Element<'_, '_, 'a>,
+    joint: &mut Joint,
+) -> Result<(), FileError> {
+    let range = element.numbers::<2>(reader, "actuatorfrcrange")?;
+    let automatic = sections.compiler.auto_limits && range.is_some();
+    if !element.flag(reader, "actuatorfrclimited", automatic)? {
+        return Ok(());
+    }
+    let [lower, upper] = range.unwrap_or_default();
+    if lower == -upper && upper >= 0.0 && joint.kind.dof_count() == 1 {
+        joint.limits.get_or_insert_default().effort = Some(upper);
+    } else {
+        let why = "an effort is one number, for both directions of a joint of one freedom";
+        let node = element.source("actuatorfrcrange");
+        reader.ignore_attribute_because(node, "actuatorfrcrange", why);
+    }
+    Ok(())
 }
 
 /// The joint placed for a body that stands at `pose` in its parent at q = 0.

@@ -1,11 +1,14 @@
 //! MJCF: MuJoCo's robots and scenes.
 //!
-//! [`read`] and [`parse`] give a [`Robot`]: the [`Model`], shapes, actuators, couplings, and a list of
+//! [`read`] and [`parse`] give a [`Robot`]: the [`Model`] with its loops closed, shapes, actuators, and a list of
 //! everything in the file that has no effect. A body keeps its name; one without is called `body_N` by
 //! its place in the file. Of several joints in one body all but the last carry massless bodies, called
 //! as the body with `.1`, `.2` behind, and a body without a joint is fixed. Sites become
 //! [`Frame`](vertebra_assembly::Frame)s. Default classes, the `compiler` element, every way to state an
 //! orientation, and inertia from geoms are understood as MuJoCo's documentation of MJCF states them.
+//!
+//! What `<equality>` connects, welds and couples are loops and couplings of the model, which simulations keep
+//! exactly; MuJoCo keeps them softly, by `solref` and `solimp`, which are listed.
 //!
 //! Positions count from the pose in the file: a hinge's or slide's q is MuJoCo's less its `ref`, and a
 //! free joint's is the displacement from where the file puts the body.
@@ -26,7 +29,7 @@
 //!     &Options::default(),
 //! )?;
 //! assert_eq!(robot.model.dof_count(), 1);
-//! assert_eq!(robot.actuators[0].gear, 2.0);
+//! assert_eq!(robot.actuators[0].motor(3.0).force, 6.0);
 //! assert!(robot.ignored.is_empty());
 //! # Ok::<(), vertebra_files::FileError>(())
 //! ```
@@ -34,21 +37,22 @@
 mod actuator;
 mod body;
 mod compiler;
+mod content;
 mod coupling;
 mod defaults;
 mod geom;
 mod joint;
 mod mesh;
 
-pub use actuator::{Actuator, Drive};
-pub use coupling::Coupling;
+pub use actuator::Actuator;
 
 use crate::{FileError, Part, Problem, TriangleSoup, read_text};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 use vertebra_assembly::xml::{self, Document, Node, Reader};
-use vertebra_assembly::{BodyId, Ignored, Model};
+use vertebra_assembly::{BodyId, Ignored, Model, ModelError};
+use vertebra_dynamics::Motor;
 
 /// What an MJCF file is read with.
 #[derive(Clone, Debug, Default)]
@@ -78,16 +82,64 @@ pub struct Robot {
     pub parts: Vec<Part>,
     /// The body that each joint carries, by the joint's name.
     pub joints: BTreeMap<String, BodyId>,
-    /// Motors and servos.
+    /// Motors and servos, in the order of the file.
     pub actuators: Vec<Actuator>,
-    /// What holds bodies together beside their joints.
-    ///
-    /// The model does not hold them: close them by [`ModelDescription::close`](vertebra_assembly::ModelDescription::close).
-    pub couplings: Vec<Coupling>,
     /// The step the file asks for \[s\].
     pub time_step: Option<f64>,
     /// Elements and attributes that have no effect, in the order of their lines.
     pub ignored: Vec<Ignored>,
+}
+
+impl Robot {
+    /// The motors that the actuators are under these controls, one for each joint that is driven.
+    ///
+    /// ```
+    /// use vertebra_dynamics::Simulation;
+    /// use vertebra_files::mjcf::{self, Options};
+    ///
+    /// let robot = mjcf::parse(
+    ///     r#"<mujoco><worldbody>
+    ///          <body name="arm"><joint name="hinge" axis="0 1 0" armature="0.1"/><geom size="0.1"/></body>
+    ///        </worldbody>
+    ///        <actuator><position joint="hinge" kp="20" kv="2"/></actuator></mujoco>"#,
+    ///     &Options::default(),
+    /// )?;
+    /// let mut simulation = Simulation::new(robot.model.clone())?;
+    /// for (body, motor) in robot.motors(&[0.5])? {
+    ///     simulation.set_motor(body, motor)?;
+    /// }
+    /// for _ in 0..5000 {
+    ///     simulation.step(1e-3)?;
+    /// }
+    /// assert!((simulation.state()?.q[0] - 0.5).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`ModelError::WrongLength`] unless there is one control for each actuator.
+    pub fn motors(&self, controls: &[f64]) -> Result<Vec<(BodyId, Motor)>, ModelError> {
+        if controls.len() != self.actuators.len() {
+            return Err(ModelError::WrongLength {
+                quantity: "the list of controls",
+                expected: self.actuators.len(),
+                found: controls.len(),
+            });
+        }
+        let mut motors: Vec<(BodyId, Motor)> = Vec::with_capacity(controls.len());
+        for (actuator, &control) in self.actuators.iter().zip(controls) {
+            let own = actuator.motor(control);
+            match motors.iter_mut().find(|(body, _)| *body == actuator.body) {
+                // Those that share a joint have no bounds, and aim at position and rate zero.
+                Some((_, motor)) => {
+                    motor.force += own.force;
+                    motor.stiffness += own.stiffness;
+                    motor.damping += own.damping;
+                }
+                None => motors.push((actuator.body, own)),
+            }
+        }
+        Ok(motors)
+    }
 }
 
 /// Reads an MJCF file.
@@ -110,6 +162,17 @@ pub fn parse(text: &str, options: &Options) -> Result<Robot, FileError> {
     let sections = Sections::read(&mut reader, &document)?;
     body::assemble(reader, &sections, options)
 }
+
+/// Sections that are read.
+const SECTIONS: [&str; 7] = [
+    "compiler",
+    "default",
+    "asset",
+    "worldbody",
+    "actuator",
+    "equality",
+    "option",
+];
 
 /// The parts of a file, each of which may stand several times.
 struct Sections<'n, 'a> {
@@ -150,7 +213,9 @@ impl<'n, 'a> Sections<'n, 'a> {
                     let problem = Problem::NotExpanded { program: "MuJoCo" };
                     return Err(FileError::new(reader.location(node), problem));
                 }
-                _ => reader.ignore(node),
+                "contact" | "sensor" | "keyframe" | "visual" | "statistic" | "tendon" | "size"
+                | "custom" | "extension" | "deformable" => reader.ignore(node),
+                _ => reader.ignore_unknown(node, &SECTIONS),
             }
         }
         Ok(Self {

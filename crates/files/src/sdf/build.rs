@@ -1,36 +1,21 @@
 //! From links and joints to bodies.
 
 use super::Import;
-use super::frames::{Frames, MODEL, Statement, WORLD};
-use super::joint::{self, Axis, Joint, Kind};
-use super::link::{self, Link};
-use super::values::{self, flag};
+use super::joint::{Axis, Joint, Mimic};
+use super::model::{Read, read};
 use crate::tree::Names;
 use crate::{FileError, Part, Problem, Shape};
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
-use vertebra_assembly::xml::{Node, Reader};
+use vertebra_assembly::xml::{Node, Reader, XmlProblem};
 use vertebra_assembly::{
-    self as assembly, BodyId, JointKind, Location, MassProperties, Model, ModelDescription,
+    self as assembly, BodyId, Closure, JointKind, Location, MassProperties, Model,
+    ModelDescription, ModelError,
 };
 use vertebra_spatial::Pose;
 
-/// A joint between two bodies that are joined by others already.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Closure {
-    /// Name of the joint.
-    pub name: String,
-    /// The parent body; none for the world.
-    pub parent: Option<BodyId>,
-    /// Where the joint is on it, in its frame.
-    pub parent_place: Pose,
-    /// The child body; none where the joint carries a part of the world.
-    pub child: Option<BodyId>,
-    /// Where the joint is on it, in its frame.
-    pub child_place: Pose,
-    /// The motion it allows.
-    pub kind: JointKind,
-}
+/// Cosine of an angle that is right but for the digits in which files state axes.
+const PERPENDICULAR: f64 = 1e-6;
 
 /// What is gathered from model to model.
 struct Gathered {
@@ -38,24 +23,10 @@ struct Gathered {
     names: Names,
     parts: Vec<(Option<String>, Pose, Shape)>,
     joints: Vec<(String, String)>,
-    closures: Vec<(Closure, [Option<String>; 2])>,
+    /// Loops and couplings to be closed, and those names of theirs that are taken.
+    closing: Names,
     lines: HashMap<String, Location>,
     moves: bool,
-}
-
-/// A model element, read.
-struct Read<'n, 'a> {
-    links: Vec<Link<'n, 'a>>,
-    joints: Vec<Joint<'n, 'a>>,
-    frames: Frames<'n>,
-    /// Poses in the world of links, joints and frames, in this order.
-    places: Vec<Pose>,
-    /// Names of `<frame>`s, and the links that carry them.
-    named: Vec<(&'n str, usize)>,
-    pose: Pose,
-    is_static: bool,
-    /// Put before all names.
-    prefix: String,
 }
 
 /// All models as one.
@@ -78,7 +49,7 @@ pub(super) fn build<'n, 'a>(
         names: Names::default(),
         parts: Vec::new(),
         joints: Vec::new(),
-        closures: Vec::new(),
+        closing: Names::default(),
         lines: HashMap::new(),
         moves: false,
     };
@@ -88,7 +59,7 @@ pub(super) fn build<'n, 'a>(
             _ => format!("{}::", reader.text(node, "name")?),
         };
         let model = read(&mut reader, node, prefix)?;
-        gathered.add(&reader, &model)?;
+        gathered.add(&mut reader, &model)?;
     }
     if !gathered.moves {
         let problem = Problem::Empty("has no joint and no free link, so that nothing moves");
@@ -97,102 +68,12 @@ pub(super) fn build<'n, 'a>(
     gathered.finish(reader, root)
 }
 
-fn read<'n, 'a>(
-    reader: &mut Reader<'a>,
-    node: Node<'n, 'a>,
-    prefix: String,
-) -> Result<Read<'n, 'a>, FileError> {
-    let (mut links, mut joints) = (Vec::new(), Vec::new());
-    let (mut pose, mut is_static) = (None, false);
-    let mut stated_frames = Vec::new();
-    for (tag, child) in reader.children(node)? {
-        match tag {
-            "link" => links.push(link::read(reader, child)?),
-            "joint" => joints.push(joint::read(reader, child)?),
-            "frame" => stated_frames.push(child),
-            "pose" => reader.once(&mut pose, child)?,
-            "static" => {
-                let text = values::text(reader, child, "`true` or `false`")?;
-                is_static = flag(reader, child, "static", text)?;
-            }
-            "include" => {
-                let problem = Problem::NotExpanded {
-                    program: "gz sdf -p",
-                };
-                return Err(FileError::new(reader.location(child), problem));
-            }
-            "model" => {
-                let place = "<sdf> or a <world>";
-                return Err(FileError::new(
-                    reader.location(child),
-                    Problem::Misplaced { place },
-                ));
-            }
-            _ => reader.ignore(child),
-        }
-    }
-    let mut statements = Vec::new();
-    for link in &mut links {
-        statements.extend(link.stated.take().map(|stated| Statement {
-            name: link.name,
-            stated,
-            usual: None,
-            attached_to: None,
-            location: reader.location(link.node),
-        }));
-    }
-    for joint in &mut joints {
-        statements.extend(joint.stated.take().map(|stated| Statement {
-            name: joint.name,
-            stated,
-            usual: Some(joint.child),
-            attached_to: Some(joint.child),
-            location: reader.location(joint.node),
-        }));
-    }
-    let mut named = Vec::new();
-    for frame in stated_frames {
-        let name = reader.text(frame, "name")?;
-        let [pose] = reader.only(frame, ["pose"])?;
-        let attached_to = reader
-            .optional_text(frame, "attached_to")?
-            .filter(|name| !name.is_empty());
-        named.push((name, statements.len()));
-        statements.push(Statement {
-            name,
-            stated: values::pose(reader, pose)?,
-            usual: attached_to,
-            attached_to,
-            location: reader.location(frame),
-        });
-    }
-    let stated = values::pose(reader, pose)?;
-    if let Some(name) = stated.relative_to.filter(|&name| name != WORLD) {
-        let problem = Problem::UnknownName {
-            what: "frame of the world",
-            name: name.to_owned(),
-        };
-        return Err(FileError::new(reader.location(node), problem));
-    }
-    let frames = Frames::new(statements)?;
-    let places = frames
-        .resolve()?
-        .into_iter()
-        .map(|place| stated.pose * place);
-    Ok(Read {
-        links,
-        joints,
-        places: places.collect(),
-        frames,
-        named,
-        pose: stated.pose,
-        is_static,
-        prefix,
-    })
-}
-
 impl Gathered {
-    fn add<'n, 'a>(&mut self, reader: &Reader<'a>, model: &Read<'n, 'a>) -> Result<(), FileError> {
+    fn add<'n, 'a>(
+        &mut self,
+        reader: &mut Reader<'a>,
+        model: &Read<'n, 'a>,
+    ) -> Result<(), FileError> {
         let body_name = |link: usize| format!("{}{}", model.prefix, model.links[link].name);
         // The first joint that carries a link, and all further ones.
         let mut carriers: Vec<Option<usize>> = vec![None; model.links.len()];
@@ -255,6 +136,13 @@ impl Gathered {
         for index in closing {
             self.close(reader, model, index, parents[index])?;
         }
+        for (index, joint) in model.joints.iter().enumerate() {
+            for (axis, number) in joint.axes.iter().zip(["", "2"]) {
+                if let Some(mimic) = &axis.mimic {
+                    self.couple(reader, model, (index, number), mimic)?;
+                }
+            }
+        }
         Ok(())
     }
 
@@ -290,40 +178,103 @@ impl Gathered {
         Ok(())
     }
 
-    fn close(
+    /// Closes a loop by a joint whose child is carried by another.
+    fn close<'a>(
         &mut self,
-        reader: &Reader<'_>,
-        model: &Read<'_, '_>,
+        reader: &mut Reader<'a>,
+        model: &Read<'_, 'a>,
         index: usize,
         parent: Option<usize>,
     ) -> Result<(), FileError> {
         let joint = &model.joints[index];
         let place = model.places[model.links.len() + index];
         let child = model.link(reader, joint, joint.child)?;
+        let name = format!("{}{}", model.prefix, joint.name);
+        if !self.closing.take(&name) {
+            return Err(reader.error(joint.node, XmlProblem::Repeated).into());
+        }
+        let acting = |node: &Node<'_, 'a>| matches!(node.tag_name().name(), "limit" | "dynamics");
+        for node in joint.node.descendants().filter(acting) {
+            let why = "the joint closes a loop, and only joints of the tree have ranges, springs and friction";
+            reader.ignore_because(node, why);
+        }
+        let closure = match model.kinds(reader, index)? {
+            (JointKind::Fixed | JointKind::Free, _) => Closure::Weld,
+            (JointKind::Spherical, _) => Closure::Ball,
+            (JointKind::Revolute { axis }, None) => Closure::Revolute { axis },
+            (JointKind::Prismatic { axis }, _) => Closure::Prismatic { axis },
+            (JointKind::Screw { axis, pitch }, _) => Closure::Screw { axis, pitch },
+            (JointKind::Revolute { axis }, Some(second)) => {
+                let second = second.axis().unwrap_or(axis);
+                let cosine = axis.normalize().dot(second.normalize());
+                if cosine.is_nan() || cosine.abs() > PERPENDICULAR {
+                    let problem = Problem::OutOfRange {
+                        quantity: "the cosine between the two axes of a joint that closes a loop",
+                        value: cosine,
+                        requirement: "zero",
+                    };
+                    return Err(FileError::new(reader.location(joint.node), problem));
+                }
+                Closure::Universal {
+                    first: axis,
+                    second,
+                }
+            }
+        };
         let seen = |link: Option<usize>| {
             link.map_or(Pose::IDENTITY, |link| model.places[link])
                 .inverse()
                 * place
         };
-        let name = |link: usize| format!("{}{}", model.prefix, model.links[link].name);
-        let (kind, None) = model.kinds(reader, index)? else {
-            let problem = Problem::UnknownValue {
-                attribute: "type",
-                found: "universal".to_owned(),
-                supported: "a joint with one axis, or none, to close a loop",
-            };
+        let body = |link: usize| format!("{}{}", model.prefix, model.links[link].name);
+        let bodies = [parent, child].map(|link| link.map(body));
+        if bodies[0] == bodies[1] {
+            let problem = Problem::Model(ModelError::SelfLoop { name });
             return Err(FileError::new(reader.location(joint.node), problem));
+        }
+        let bodies = [bodies[0].as_deref(), bodies[1].as_deref()];
+        let places = [seen(parent), seen(child)];
+        let description = core::mem::replace(&mut self.description, ModelDescription::new(""));
+        self.description = description.close(name, bodies, places, closure);
+        Ok(())
+    }
+
+    /// Couples a joint of one axis to the one it mimics; others are listed.
+    fn couple<'a>(
+        &mut self,
+        reader: &mut Reader<'a>,
+        model: &Read<'_, 'a>,
+        (index, axis): (usize, &'static str),
+        mimic: &Mimic<'_, 'a>,
+    ) -> Result<(), FileError> {
+        let joint = &model.joints[index];
+        let body = |joint: &str| {
+            let name = format!("{}{joint}", model.prefix);
+            let carried = self.joints.iter().find(|(other, _)| *other == name);
+            carried.map(|(_, body)| body.clone())
         };
-        let closure = Closure {
-            name: format!("{}{}", model.prefix, joint.name),
-            parent: None,
-            parent_place: seen(parent),
-            child: None,
-            child_place: seen(child),
-            kind,
+        let Some(other) = model.joints.iter().find(|other| other.name == mimic.joint) else {
+            let problem = Problem::UnknownName {
+                what: "joint",
+                name: mimic.joint.to_owned(),
+            };
+            return Err(FileError::new(reader.location(mimic.node), problem));
         };
-        self.closures
-            .push((closure, [parent.map(name), child.map(name)]));
+        let single = |joint: &Joint<'_, '_>| joint.kind.freedoms() == 1;
+        let (Some(follower), Some(leader), true) = (
+            body(joint.name),
+            body(other.name),
+            single(joint) && single(other) && joint.name != other.name,
+        ) else {
+            let why = "only two joints of the tree with one freedom each are coupled";
+            reader.ignore_because(mimic.node, why);
+            return Ok(());
+        };
+        let name = format!("{}{}{axis} mimic", model.prefix, joint.name);
+        let name = self.closing.fresh(name);
+        let offset = mimic.offset - mimic.multiplier * mimic.reference;
+        let description = core::mem::replace(&mut self.description, ModelDescription::new(""));
+        self.description = description.couple(name, follower, leader, mimic.multiplier, offset);
         Ok(())
     }
 
@@ -359,114 +310,19 @@ impl Gathered {
         let joints: BTreeMap<String, BodyId> = (self.joints.into_iter())
             .filter_map(|(joint, body)| Some((joint, model.find(&body)?)))
             .collect();
-        let closures = self
-            .closures
-            .into_iter()
-            .map(|(closure, [parent, child])| Closure {
-                parent: find(parent),
-                child: find(child),
-                ..closure
-            });
-        let closures = closures.collect();
         let mut ignored = reader.into_ignored();
         ignored.sort_by_key(|element| element.line);
         Ok(Import {
             parts,
             joints,
-            closures,
             ignored,
             model,
         })
     }
 }
 
-impl Read<'_, '_> {
-    /// The link that a name of a joint means: itself, or what carries the frame of that name; none
-    /// for the world.
-    fn link(
-        &self,
-        reader: &Reader<'_>,
-        joint: &Joint<'_, '_>,
-        name: &str,
-    ) -> Result<Option<usize>, FileError> {
-        if name == WORLD {
-            return Ok(None);
-        }
-        let unknown = || {
-            let problem = Problem::UnknownName {
-                what: "link",
-                name: name.to_owned(),
-            };
-            FileError::new(reader.location(joint.node), problem)
-        };
-        let carrier = self
-            .frames
-            .carrier(self.frames.find(name).ok_or_else(unknown)?)?;
-        match carrier < self.links.len() {
-            true => Ok(Some(carrier)),
-            false => Err(unknown()),
-        }
-    }
-
-    /// Where the link that a name means is in the world.
-    fn place_of_link(&self, name: &str) -> Pose {
-        let link = self
-            .frames
-            .find(name)
-            .and_then(|frame| self.frames.carrier(frame).ok());
-        link.map_or(Pose::IDENTITY, |link| self.places[link])
-    }
-
-    /// The motion of a joint, axes in the joint's frame, and the second one of two hinges.
-    fn kinds(
-        &self,
-        reader: &Reader<'_>,
-        index: usize,
-    ) -> Result<(JointKind, Option<JointKind>), FileError> {
-        let joint = &self.joints[index];
-        let own = self.places[self.links.len() + index].rotation;
-        let axis = |axis: &Axis<'_>| {
-            let frame = match axis.expressed_in {
-                None => return Ok(axis.direction),
-                Some(name) if name == MODEL => self.pose.rotation,
-                Some(name) => match self.frames.find(name) {
-                    Some(frame) => self.places[frame].rotation,
-                    None => {
-                        let problem = Problem::UnknownName {
-                            what: "frame",
-                            name: name.to_owned(),
-                        };
-                        return Err(FileError::new(reader.location(joint.node), problem));
-                    }
-                },
-            };
-            Ok(own.conjugate() * (frame * axis.direction))
-        };
-        let [first, second] = &joint.axes;
-        Ok(match joint.kind {
-            Kind::Fixed => (JointKind::Fixed, None),
-            Kind::Ball => (JointKind::Spherical, None),
-            Kind::Revolute => (JointKind::Revolute { axis: axis(first)? }, None),
-            Kind::Prismatic => (JointKind::Prismatic { axis: axis(first)? }, None),
-            Kind::Screw(pitch) => (
-                JointKind::Screw {
-                    axis: axis(first)?,
-                    pitch,
-                },
-                None,
-            ),
-            Kind::TwoHinges => (
-                JointKind::Revolute { axis: axis(first)? },
-                Some(JointKind::Revolute {
-                    axis: axis(second)?,
-                }),
-            ),
-        })
-    }
-}
-
 /// A joint with what the file states at its axis.
-fn made(kind: JointKind, axis: &Axis<'_>) -> assembly::Joint {
+fn made(kind: JointKind, axis: &Axis<'_, '_>) -> assembly::Joint {
     assembly::Joint {
         limits: axis.limits,
         damping: axis.damping,

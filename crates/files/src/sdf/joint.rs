@@ -19,14 +19,36 @@ pub(super) enum Kind {
     TwoHinges,
 }
 
+impl Kind {
+    /// Its freedoms.
+    pub(super) const fn freedoms(self) -> usize {
+        match self {
+            Self::Fixed => 0,
+            Self::Revolute | Self::Prismatic | Self::Screw(_) => 1,
+            Self::TwoHinges => 2,
+            Self::Ball => 3,
+        }
+    }
+}
+
+/// A joint that follows another: q = multiplier (q_other - reference) + offset.
+pub(super) struct Mimic<'n, 'a> {
+    pub(super) node: Node<'n, 'a>,
+    pub(super) joint: &'n str,
+    pub(super) multiplier: f64,
+    pub(super) offset: f64,
+    pub(super) reference: f64,
+}
+
 /// An axis of a joint.
-pub(super) struct Axis<'n> {
+pub(super) struct Axis<'n, 'a> {
     pub(super) direction: DVec3,
     pub(super) expressed_in: Option<&'n str>,
     pub(super) limits: Option<JointLimits>,
     pub(super) damping: f64,
     pub(super) friction: f64,
     pub(super) spring: Option<Spring>,
+    pub(super) mimic: Option<Mimic<'n, 'a>>,
 }
 
 /// A joint as the file states it.
@@ -37,7 +59,7 @@ pub(super) struct Joint<'n, 'a> {
     pub(super) parent: &'n str,
     pub(super) child: &'n str,
     pub(super) stated: Option<Stated<'n>>,
-    pub(super) axes: [Axis<'n>; 2],
+    pub(super) axes: [Axis<'n, 'a>; 2],
 }
 
 /// Reads a joint.
@@ -131,7 +153,7 @@ pub(super) fn read<'n, 'a>(
 fn read_axis<'n, 'a>(
     reader: &mut Reader<'a>,
     node: Option<Node<'n, 'a>>,
-) -> Result<Axis<'n>, FileError> {
+) -> Result<Axis<'n, 'a>, FileError> {
     let mut axis = Axis {
         direction: DVec3::Z,
         expressed_in: None,
@@ -139,11 +161,14 @@ fn read_axis<'n, 'a>(
         damping: 0.0,
         friction: 0.0,
         spring: None,
+        mimic: None,
     };
     let Some(node) = node else {
         return Ok(axis);
     };
-    let [xyz, limit, dynamics] = reader.only(node, ["xyz", "limit", "dynamics"])?;
+    let names = ["xyz", "limit", "dynamics", "mimic"];
+    let [xyz, limit, dynamics, mimic] = reader.only(node, names)?;
+    axis.mimic = mimic.map(|node| read_mimic(reader, node)).transpose()?;
     if let Some(xyz) = xyz {
         let direction = DVec3::from_array(numbers(reader, xyz, "xyz")?);
         if direction == DVec3::ZERO {
@@ -192,4 +217,20 @@ fn read_axis<'n, 'a>(
         axis.friction = number(reader, friction, "friction")?.unwrap_or(0.0);
     }
     Ok(axis)
+}
+
+fn read_mimic<'n, 'a>(
+    reader: &mut Reader<'a>,
+    node: Node<'n, 'a>,
+) -> Result<Mimic<'n, 'a>, FileError> {
+    let [multiplier, offset, reference] =
+        reader.only(node, ["multiplier", "offset", "reference"])?;
+    let joint = reader.text(node, "joint")?;
+    Ok(Mimic {
+        node,
+        joint,
+        multiplier: number(reader, multiplier, "multiplier")?.unwrap_or(1.0),
+        offset: number(reader, offset, "offset")?.unwrap_or(0.0),
+        reference: number(reader, reference, "reference")?.unwrap_or(0.0),
+    })
 }

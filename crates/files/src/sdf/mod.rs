@@ -1,8 +1,8 @@
 //! SDFormat: the models of Gazebo and its kin.
 //!
 //! [`read`] and [`parse`] give an [`Import`]: every model of the file, or of its world, in one
-//! [`Model`], with its links' shapes, the joints that close loops, and a list of everything that has no
-//! effect. A body bears the name of its link; with several models in the file, `model::link`. A link
+//! [`Model`], with its links' shapes and a list of everything that has no effect. The first joint that carries
+//! a link is one of the tree; further ones close loops of the model, and what `<mimic>`s state is coupled. A body bears the name of its link; with several models in the file, `model::link`. A link
 //! that no joint carries moves freely; a `static` model becomes [`Frame`](vertebra_assembly::Frame)s
 //! of the world.
 //! Poses are resolved as SDFormat 1.7 and later have it: `relative_to`, `<frame>`s with `attached_to`,
@@ -32,9 +32,8 @@ mod build;
 mod frames;
 mod joint;
 mod link;
+mod model;
 mod values;
-
-pub use build::Closure;
 
 use crate::{FileError, Part, Problem, read_text};
 use std::collections::BTreeMap;
@@ -52,10 +51,6 @@ pub struct Import {
     pub parts: Vec<Part>,
     /// The body that each joint carries, by the joint's name.
     pub joints: BTreeMap<String, BodyId>,
-    /// Joints that carry a link which another joint carries already.
-    ///
-    /// The model does not hold them: close them by [`ModelDescription::close`](vertebra_assembly::ModelDescription::close).
-    pub closures: Vec<Closure>,
     /// Elements that have no effect, in the order of their lines.
     pub ignored: Vec<Ignored>,
 }

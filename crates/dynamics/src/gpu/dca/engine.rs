@@ -9,6 +9,7 @@ use vertebra_gpu::{
     AnySlot, Buffer, Device, Error, Kernel, Output, Pending, Program, Recording, Shared, Slot,
     Timing, workgroups,
 };
+use vertebra_shaders::dca::loops::{Closing, HALF_TURNING, STARTS};
 use vertebra_shaders::dca::{Advance, Commit, Dca, Layer, Sizes, Way};
 
 /// Entries of `control`.
@@ -26,12 +27,14 @@ pub(super) const PUSH: usize = 21;
 pub(super) const SINGULAR: &str = "singular";
 pub(super) const UNJOINED: &str = "unjoined";
 pub(super) const OVERFLOW: &str = "overflow";
+/// A loop that stays open: only of models with loops.
+pub(super) const OPEN: &str = "open";
 
 /// Names of what becomes a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
-    /// So many steps, then all poses.
-    Steps(Explicit, usize),
+    /// So many steps, each of so many attempts at most where anything acts in joints, then all poses.
+    Steps(Explicit, usize, u32),
     /// Accelerations in the present state.
     Accelerations,
     /// The kinematics of the state, which is then worked on.
@@ -55,6 +58,8 @@ pub(super) struct Engine<T, L> {
     forces: Buffer<T>,
     poses: Buffer<[T; 4]>,
     nodes: Buffer<[L; 4]>,
+    /// What loops keep, if there are any.
+    loops: Option<Buffer<T>>,
     programs: Vec<(Task, Ready<T>)>,
     timing: Timing,
 }
@@ -109,18 +114,25 @@ struct Slots<T, L> {
     forces: Slot<T>,
     poses: Slot<[T; 4]>,
     nodes: Slot<[L; 4]>,
+    loops: Option<Slot<T>>,
 }
 
 impl<T: Scalar, L: Scalar> Engine<T, L> {
     pub(super) fn new(device: &Device, tables: &Tables) -> Result<Self, Error> {
         let links: Vec<[T; 4]> = tables.links.iter().map(|v| v.map(T::from_f64)).collect();
         let bodies = tables.bodies.len();
+        let loops = tables
+            .loops
+            .map(|loops| device.buffer("loops", loops.memory.max(1)));
         Ok(Self {
+            loops: loops.transpose()?,
             dca: Dca {
                 chunks: T::PRECISION,
                 tree: L::PRECISION,
                 leaves: tables.sizes.leaves > 0,
                 several: tables.several,
+                elements: tables.elements,
+                screws: tables.screws,
                 refined: tables.sweeps > 0,
             },
             sizes: device.buffer_from("sizes", &[tables.sizes])?,
@@ -129,13 +141,21 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
             state: device.buffer("state", tables.state_len().max(4))?,
             scratch: device.buffer("scratch", tables.scratch_len())?,
             control: device.buffer("control", PUSHED_SLOTS + bodies)?,
-            forces: device.buffer("forces", JOINT_FORCES + tables.dofs.len())?,
+            forces: device.buffer("forces", tables.sizes.pushes as usize)?,
             poses: device.buffer("poses", 2 * bodies)?,
             nodes: device.buffer("nodes", tables.nodes_len().max(1))?,
             programs: Vec::new(),
             timing: Timing::Off,
             device: device.clone(),
         })
+    }
+
+    pub(super) const fn device(&self) -> &Device {
+        &self.device
+    }
+
+    pub(super) const fn timing(&self) -> Timing {
+        self.timing
     }
 
     pub(super) fn write_state(&self, numbers: &[f64]) -> Result<(), Error> {
@@ -226,6 +246,9 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
         for stage in [SINGULAR, UNJOINED, OVERFLOW] {
             recording.stage(stage);
         }
+        if tables.loops.is_some() {
+            recording.stage(OPEN);
+        }
         let (slots, shared) = self.slots(&mut recording);
         let (mut numbers, mut fours, mut control) = (None, None, None);
         let mut recorder = Recorder {
@@ -235,8 +258,10 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
             tables,
         };
         match task {
-            Task::Steps(integrator, count) => recorder.steps(integrator, count),
-            Task::Accelerations => recorder.solve(Advance::None, 0),
+            Task::Steps(integrator, count, attempts) => {
+                recorder.steps(integrator, count, attempts);
+            }
+            Task::Accelerations => recorder.solve(Advance::None, 0, 0),
             Task::Restore => recorder.turn(Commit::Restore),
             Task::ReadState => {
                 recording.download(slots.state);
@@ -280,6 +305,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
             forces: names.share("forces", &self.forces),
             poses: names.share("poses", &self.poses),
             nodes: names.share("nodes", &self.nodes),
+            loops: self.loops.as_ref().map(|loops| names.share("loops", loops)),
             status: names.recording.status(),
         };
         (slots, shared)
@@ -307,17 +333,21 @@ struct Recorder<'a, T, L> {
 }
 
 impl<T: Pod, L: Pod> Recorder<'_, T, L> {
-    fn steps(&mut self, integrator: Explicit, count: usize) {
+    fn steps(&mut self, integrator: Explicit, count: usize, attempts: u32) {
         for _ in 0..count {
             match integrator {
                 Explicit::SemiImplicitEuler => {
-                    self.solve(Advance::Euler, 0);
+                    for attempt in attempts.min(1)..=attempts {
+                        self.solve(Advance::Euler, 0, attempt);
+                    }
+                    self.close(Closing::Positions, 0);
                     self.turn_parts(Commit::Step);
                 }
                 Explicit::RungeKutta4 => {
                     for stage in 0..4 {
-                        self.solve(Advance::RungeKutta, stage);
+                        self.solve(Advance::RungeKutta, stage, 0);
                         let commit = if stage == 3 {
+                            self.close(Closing::Positions, 0);
                             Commit::Step
                         } else {
                             Commit::Keep
@@ -350,11 +380,59 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         self.chunks(&self.dca.place_chunks(), layer, Self::motion);
     }
 
-    fn solve(&mut self, advance: Advance, stage: u32) {
+    /// Accelerations, loops kept, and what comes of them.
+    fn solve(&mut self, advance: Advance, stage: u32, attempt: u32) {
+        if self.tables.loops.is_none() {
+            return self.solve_tree(advance, stage, attempt);
+        }
+        self.solve_tree(Advance::None, stage, attempt);
+        let how = match (advance, stage) {
+            (Advance::None, _) => 0,
+            (Advance::Euler, _) => HALF_TURNING | STARTS,
+            (Advance::RungeKutta, 0) => STARTS,
+            (Advance::RungeKutta, _) => 0,
+        };
+        self.close(Closing::Accelerations, how);
+        if advance != Advance::None {
+            let layer = Layer {
+                count: self.tables.sizes.slots,
+                stage,
+                ..Layer::default()
+            };
+            self.chunks(&self.dca.advance_joints(advance), layer, Self::looped);
+        }
+    }
+
+    /// Loops put right, if there are any; `how` has bits of the kernel's.
+    fn close(&mut self, what: Closing, how: u32) {
+        let Some(loops) = self.tables.loops else {
+            return;
+        };
+        let groups = [
+            (loops.on_chip, 0, true),
+            (loops.others, loops.on_chip, false),
+        ];
+        for (count, first, on_chip) in groups.into_iter().filter(|(count, ..)| *count > 0) {
+            let layer = Layer {
+                count,
+                starts: loops.starts + first,
+                ways: what as u32,
+                sweep: how,
+                ..Layer::default()
+            };
+            let uniform = self.recording.buffer_from("layer", &[layer]);
+            let buffers = self.looped(uniform);
+            let kernel = self.dca.close_loops(on_chip);
+            (self.recording).dispatch(&kernel, &buffers, workgroups(count, 1));
+        }
+    }
+
+    fn solve_tree(&mut self, advance: Advance, stage: u32, attempt: u32) {
         let (dca, sweeps) = (self.dca, self.tables.sweeps);
         for sweep in 0..=sweeps {
             let layer = Layer {
                 sweep: small(sweep),
+                attempt,
                 ..self.leading(stage)
             };
             let advance = if sweep == sweeps {
@@ -459,6 +537,23 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             s.nodes.any(),
         ]
     }
+
+    fn looped(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
+        let s = self.slots;
+        let all = [
+            Some(s.sizes.any()),
+            Some(layer.any()),
+            Some(s.words.any()),
+            Some(s.links.any()),
+            Some(s.state.any()),
+            Some(s.scratch.any()),
+            Some(s.control.any()),
+            Some(s.status.any()),
+            Some(s.forces.any()),
+            s.loops.map(|slot| slot.any()),
+        ];
+        all.into_iter().flatten().collect()
+    }
 }
 
 /// Body and stage of the failures that a run reports, gravest first.
@@ -466,7 +561,7 @@ pub(super) fn gravest(error: Error) -> Result<(String, usize), Error> {
     let Error::Failed { failures, .. } = &error else {
         return Err(error);
     };
-    let order = [SINGULAR, UNJOINED, OVERFLOW];
+    let order = [SINGULAR, UNJOINED, OVERFLOW, OPEN];
     let gravest = order.iter().find_map(|stage| {
         let failure = failures.iter().find(|failure| failure.stage == *stage)?;
         Some((failure.stage.clone(), failure.element as usize))

@@ -15,6 +15,7 @@ pub(super) fn check<T: Scalar, L: Scalar>(tables: &Tables, limits: &Limits) -> R
         tables.links.len() * four,
         tables.state_len() * size_of::<T>(),
         tables.words.len() * size_of::<u32>(),
+        tables.loops.map_or(0, |loops| loops.memory) * size_of::<T>(),
     ];
     let needed = bytes.into_iter().max().unwrap_or(0) as u64;
     let bodies = tables.bodies.len();

@@ -4,6 +4,7 @@
 mod engine;
 mod layers;
 mod limits;
+mod loops;
 mod options;
 mod order;
 mod poses;

@@ -2,6 +2,7 @@
 
 use super::engine::{self, Engine, PUSHED_SLOTS, STEP_SIZE, STEPS, Task};
 use super::limits;
+use super::loops::LoopTables;
 use super::options::Options;
 use super::poses::{PendingPoses, PoseBuffer, Reading};
 use super::scalar::Scalar;
@@ -10,7 +11,8 @@ use super::transfer::Transfer;
 use crate::dca::plan::{self, Plan};
 use crate::gpu::Explicit;
 use crate::link::Scales;
-use crate::{Error, Forces, Integrator, Precision};
+use crate::loops::{self, Loops};
+use crate::{Elements, Error, Forces, Integrator, Precision};
 use std::collections::VecDeque;
 use vertebra_assembly::schedule::Schedule;
 use vertebra_assembly::{Model, State};
@@ -41,6 +43,8 @@ macro_rules! in_engine {
     };
 }
 
+mod elements;
+
 /// A model, its state and the forces on it, on a GPU.
 ///
 /// A step that fails leaves the state as it was before that step; the error names the body, and
@@ -57,6 +61,13 @@ pub struct Simulation {
     forces: Forces,
     /// What `forces` came to on the device.
     force_numbers: Vec<f64>,
+    /// What acts in the joints; none where nothing ever did.
+    elements: Option<Box<Elements>>,
+    /// Whether the device's motors are older.
+    motors_changed: bool,
+    /// Whether steps were taken since the work of elements was collected, and the device's sums of it then.
+    has_worked: bool,
+    works: Vec<f64>,
     control: Vec<u32>,
     time: f64,
     step: f64,
@@ -75,9 +86,20 @@ impl Simulation {
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
     /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`];
+    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::TooManyLoops`];
     /// [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
+        let elements = model.first_element().map(|_| Elements::new(model).into());
+        Self::with_elements(device, model, options, elements)
+    }
+
+    /// The same with what acts in the joints.
+    fn with_elements(
+        device: &Device,
+        model: &Model,
+        options: &Options,
+        elements: Option<Box<Elements>>,
+    ) -> Result<Self, Error> {
         crate::gpu::check_model(model)?;
         let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
@@ -87,7 +109,10 @@ impl Simulation {
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
         let plan = Plan::new(model, schedule, &weights);
-        let tables = Tables::new(model, &plan, options.sweeps);
+        let scales = Scales::of_model(model);
+        let rows = elements.as_ref().map(|elements| elements.rows(&scales));
+        let mut tables = Tables::new(model, &plan, options.sweeps, rows.as_deref());
+        tables.loops = LoopTables::add_to(&mut tables, model)?;
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
             (_, Precision::F32) => Engines::Mixed(engine(device, &tables)?),
@@ -98,10 +123,14 @@ impl Simulation {
             options: *options,
             integrator,
             precisions,
-            scales: Scales::of_model(model),
+            scales,
             engines,
             forces: Forces::none(model),
             force_numbers: Vec::new(),
+            elements,
+            motors_changed: false,
+            has_worked: false,
+            works: Vec::new(),
             control: vec![0; PUSHED_SLOTS + bodies],
             time: 0.0,
             step: 0.0,
@@ -159,6 +188,9 @@ impl Simulation {
     pub fn set_state(&mut self, state: &State) -> Result<(), Error> {
         state.check(&self.model)?;
         let numbers = self.transfer().to_device(state)?;
+        self.collect_work()?;
+        // The device begins anew.
+        self.works.clear();
         in_engine!(&self.engines, engine => engine.write_state(&numbers))?;
         self.time = state.time;
         self.turned = false;
@@ -170,9 +202,7 @@ impl Simulation {
     /// # Errors
     /// [`Error::Gpu`].
     pub fn state(&mut self) -> Result<State, Error> {
-        let tables = &self.tables;
-        let numbers =
-            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let numbers = self.read_state()?;
         Ok(self.transfer().state_of(&numbers, self.time))
     }
 
@@ -188,7 +218,11 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
-        crate::gpu::check_forces(&self.model, forces)?;
+        let own = forces.joint_inertia.iter().position(|&own| own != 0.0);
+        if let (None, Some(dof)) = (&self.elements, own) {
+            let body = crate::forces::body_of_dof(&self.model, dof);
+            self.take_elements(Elements::new(&self.model).into(), &body)?;
+        }
         let mut control = vec![0; self.control.len()];
         let pushes = self.transfer().pushes(forces, &mut control);
         let units = self.model.units();
@@ -198,6 +232,7 @@ impl Simulation {
         let taus = (self.tables.dofs.iter())
             .map(|&dof| forces.joint[dof as usize] / self.scales.force[dof as usize]);
         numbers.extend(taus);
+        self.put_elements(forces, &mut numbers);
         numbers.extend(pushes.into_iter().flatten());
         in_engine!(&mut self.engines, engine => {
             engine.write_forces(&numbers)?;
@@ -205,6 +240,7 @@ impl Simulation {
         })?;
         self.force_numbers = numbers;
         self.control = control;
+        self.motors_changed = false;
         self.taken = 0;
         if *forces != self.forces {
             self.forces = forces.clone();
@@ -212,7 +248,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Moves on by `h` \[s\]; a negative step goes back in time.
+    /// Moves on by `h` \[s\]; a negative step goes back in time, unless there are elements in joints.
     ///
     /// # Errors
     /// As [`steps`](Self::steps).
@@ -224,9 +260,12 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::Step`], naming the step and why it failed: the state is the one before it.
-    /// [`Error::NonFiniteInput`], [`Error::Gpu`].
+    /// [`Error::NonFiniteInput`], [`Error::Gpu`]; of elements [`Error::RoughElement`], [`Error::StepBack`].
     pub fn steps(&mut self, h: f64, count: usize) -> Result<(), Error> {
+        let attempts = self.attempts(h)?;
         self.set_step(h)?;
+        self.upload_motors()?;
+        self.has_worked = true;
         self.turn()?;
         let tables = &self.tables;
         let mut under_way: VecDeque<Pending> = VecDeque::new();
@@ -236,7 +275,7 @@ impl Simulation {
         while left > 0 || !under_way.is_empty() {
             if left > 0 && under_way.len() < UNDER_WAY {
                 let steps = if left >= BLOCK { BLOCK } else { 1 };
-                let task = Task::Steps(self.integrator, steps);
+                let task = Task::Steps(self.integrator, steps, attempts);
                 match in_engine!(&mut self.engines, engine => engine.run(tables, task)) {
                     Ok(pending) => under_way.push_back(pending),
                     Err(error) => {
@@ -293,11 +332,16 @@ impl Simulation {
         let Some((stage, body)) = failure else {
             return Ok(());
         };
+        let source = if stage == engine::OPEN {
+            self.open_loop()?
+        } else {
+            self.error(&stage, body)
+        };
         self.reset()?;
         Err(Error::Step {
             step: done,
             count,
-            source: Box::new(self.error(&stage, body)),
+            source: Box::new(source),
         })
     }
 
@@ -313,9 +357,25 @@ impl Simulation {
 
     /// Reads those that were computed last.
     pub(crate) fn read_accelerations(&mut self) -> Result<Vec<f64>, Error> {
+        let numbers = self.read_state()?;
+        Ok(self.accelerations_of(&numbers))
+    }
+
+    /// The state and the joint accelerations in it, as [`accelerations`](Self::accelerations), read at once.
+    pub(crate) fn solved(&mut self) -> Result<(State, Vec<f64>), Error> {
+        self.solve()?;
+        let numbers = self.read_state()?;
+        let state = self.transfer().state_of(&numbers, self.time);
+        Ok((state, self.accelerations_of(&numbers)))
+    }
+
+    fn read_state(&mut self) -> Result<Vec<f64>, Error> {
         let tables = &self.tables;
-        let numbers =
-            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        Ok(in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?)
+    }
+
+    fn accelerations_of(&self, numbers: &[f64]) -> Vec<f64> {
+        let tables = &self.tables;
         let mut qdd = vec![0.0; self.model.dof_count()];
         for (&dof, number) in tables
             .dofs
@@ -325,7 +385,7 @@ impl Simulation {
             let dof = dof as usize;
             qdd[dof] = number * self.scales.acceleration[dof];
         }
-        Ok(qdd)
+        qdd
     }
 
     /// Computes the joint accelerations and leaves them on the device.
@@ -333,6 +393,7 @@ impl Simulation {
     /// # Errors
     /// As [`accelerations`](Self::accelerations).
     pub fn solve(&mut self) -> Result<(), Error> {
+        self.upload_motors()?;
         self.turn()?;
         let tables = &self.tables;
         let task = Task::Accelerations;
@@ -412,7 +473,7 @@ impl Simulation {
     /// # Errors
     /// [`Error::Gpu`].
     pub fn dispatches(&mut self) -> Result<usize, Error> {
-        let task = Task::Steps(self.integrator, 1);
+        let task = Task::Steps(self.integrator, 1, u32::from(self.elements.is_some()));
         let tables = &self.tables;
         Ok(in_engine!(&mut self.engines, engine => engine.dispatches(tables, task))?)
     }
@@ -462,6 +523,39 @@ impl Simulation {
         self.taken = 0;
         self.turned = false;
         Ok(())
+    }
+
+    /// The loop that is furthest from closed: in the state, if it is too far for a step, else in the one worked on.
+    fn open_loop(&mut self) -> Result<Error, Error> {
+        let tables = &self.tables;
+        let numbers =
+            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let work = tables.positions.len() + tables.dofs.len();
+        let mut loops = Loops::of_model(&self.model);
+        let mut violation = |numbers: &[f64]| {
+            let state = self.transfer().state_of(numbers, self.time);
+            let found = loops
+                .as_mut()
+                .map(|loops| loops.violation(&self.model, &state));
+            found.map_or_else(Default::default, |found| (found.name, found.position))
+        };
+        let (time, limit) = (self.time, loops::OPEN);
+        let (name, open) = violation(&numbers);
+        if open > limit {
+            let violation = open;
+            return Ok(Error::LoopOpen {
+                name,
+                violation,
+                limit,
+                time,
+            });
+        }
+        let (name, violation) = violation(&numbers[work..]);
+        Ok(Error::LoopNotClosed {
+            name,
+            violation,
+            time,
+        })
     }
 
     fn error(&self, stage: &str, body: usize) -> Error {

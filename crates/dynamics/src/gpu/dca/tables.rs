@@ -4,13 +4,15 @@
 //! place in the chunk first, so that lanes that work on neighbouring chunks read neighbouring
 //! memory, and nothing is padded.
 
+use super::engine::JOINT_FORCES;
 use super::layers::{Item, Layered, Rounds, Width};
+use super::loops::LoopTables;
 use super::order::{Joins, Order, Rakes, Seams};
 use crate::dca::plan::{Inboard, Outboard, Part, Plan, Raked};
 use crate::link::Kind;
 use glam::DQuat;
 use vertebra_assembly::Model;
-use vertebra_shaders::dca::{Sizes, TEAM, TURN_LANES, WORK_LANES};
+use vertebra_shaders::dca::{DRIVEN_NUMBERS, Sizes, TEAM, TURN_LANES, WORK_LANES, WORKS};
 use vertebra_spatial::Mat3;
 
 /// No number.
@@ -38,8 +40,10 @@ pub(super) struct Tables {
     pub(super) words: Vec<u32>,
     /// Constants of the bodies, in the order of the kernels.
     pub(super) links: Vec<[f64; 4]>,
-    /// Whether joints have several freedoms.
+    /// Whether joints have several freedoms, anything acts in them, and some are screws.
     pub(super) several: bool,
+    pub(super) elements: bool,
+    pub(super) screws: bool,
     /// Corrections of each solution.
     pub(super) sweeps: usize,
     /// Chunks of the first round.
@@ -53,12 +57,21 @@ pub(super) struct Tables {
     /// Where each number of q and qd stands in the model's.
     pub(super) positions: Vec<u32>,
     pub(super) dofs: Vec<u32>,
+    /// Where each freedom of the model's stands in `dofs`.
+    pub(super) places: Vec<u32>,
     /// From a body's joint to its handle point, in joint axes; the body's frame in its joint frame.
     pub(super) at_center: Vec<bool>,
+    /// Closed loops and couplings, if there are any.
+    pub(super) loops: Option<LoopTables>,
 }
 
 impl Tables {
-    pub(super) fn new(model: &Model, plan: &Plan<f64>, sweeps: usize) -> Self {
+    pub(super) fn new(
+        model: &Model,
+        plan: &Plan<f64>,
+        sweeps: usize,
+        elements: Option<&[[[f64; 4]; 3]]>,
+    ) -> Self {
         let order = Order::new(plan);
         let rakes = Rakes::new(plan, &order);
         let mut tables = Self {
@@ -66,6 +79,8 @@ impl Tables {
             words: Vec::new(),
             links: Vec::new(),
             several: plan.links.iter().any(|link| link.kind.dof_count() > 1),
+            elements: elements.is_some(),
+            screws: plan.links.iter().any(|link| link.kind == Kind::Screw),
             // Without joins there is nothing to correct.
             sweeps: if plan.joins.is_empty() { 0 } else { sweeps },
             leading: small(plan.schedule.chunks_in(0).len()),
@@ -79,16 +94,23 @@ impl Tables {
             slots: Vec::new(),
             positions: Vec::new(),
             dofs: Vec::new(),
+            places: Vec::new(),
             at_center: order
                 .old_slots
                 .iter()
                 .map(|&old| plan.at_center[old])
                 .collect(),
+            loops: None,
         };
         tables.slots = (plan.slots.iter())
             .map(|&old| order.new_slots[old as usize])
             .collect();
         tables.put_slots(model, plan, &order, &rakes);
+        tables.put_elements(plan, &order, elements);
+        tables.places = vec![0; tables.dofs.len()];
+        for (place, &dof) in (0..).zip(&tables.dofs) {
+            tables.places[dof as usize] = place;
+        }
         let seams = Seams::new(plan);
         tables.put_chunks(plan, &order, &rakes, &seams);
         tables.put_joins(plan, &order, &rakes);
@@ -109,6 +131,7 @@ impl Tables {
             single: u32::from(plan.links.iter().all(|link| link.kind.dof_count() == 1)),
             #[expect(clippy::cast_possible_truncation, reason = "a power of two")]
             length: model.units().length as f32,
+            pushes: small(JOINT_FORCES + tables.driven_numbers() * tables.dofs.len()),
             ..tables.sizes
         };
         let mut rounds = rounds(plan, &order, &rakes);
@@ -149,7 +172,6 @@ impl Tables {
                 Kind::Prismatic => 2,
                 Kind::Spherical => 3,
                 Kind::Free => 4,
-                // Refused before.
                 Kind::Screw => 5,
             };
             let flag = |is_set, flag| if is_set { flag } else { 0 };
@@ -204,6 +226,33 @@ impl Tables {
             }
         }
         self.links = columns.concat();
+    }
+
+    /// Rows of what acts in joints, and pitches at the end of the last.
+    fn put_elements(
+        &mut self,
+        plan: &Plan<f64>,
+        order: &Order,
+        elements: Option<&[[[f64; 4]; 3]]>,
+    ) {
+        if !(self.elements || self.screws) {
+            return;
+        }
+        for row in 0..3 {
+            for &old in &order.old_slots {
+                let own = elements.map(|rows| rows[plan.bodies[old] as usize][row]);
+                let mut own = own.unwrap_or_default();
+                if row == 2 {
+                    own[3] = plan.links[old].pitch;
+                }
+                self.links.push(own);
+            }
+        }
+    }
+
+    /// Numbers of a freedom among the forces.
+    pub(super) const fn driven_numbers(&self) -> usize {
+        if self.elements { DRIVEN_NUMBERS } else { 1 }
     }
 
     fn put_chunks(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes, seams: &Seams) {
@@ -269,6 +318,16 @@ impl Tables {
         self.words.extend(&rakes.heads);
     }
 
+    /// Where a slot's coordinates start among those on the device.
+    pub(super) fn position_start(&self, slot: u32) -> u32 {
+        self.words[self.bodies.len() + slot as usize]
+    }
+
+    /// Where a slot's freedoms start among those on the device.
+    pub(super) fn dof_start(&self, slot: u32) -> u32 {
+        self.words[2 * self.bodies.len() + slot as usize]
+    }
+
     /// Numbers of four in the kernels' scratch memory.
     pub(super) fn scratch_len(&self) -> usize {
         let s = &self.sizes;
@@ -314,13 +373,27 @@ impl Tables {
         2 * (self.positions.len() + self.dofs.len())
     }
 
+    /// Where sums of work begin, if there are any.
+    pub(super) fn works_at(&self) -> usize {
+        self.accelerations_at() + 4 * self.dofs.len()
+    }
+
+    /// How many they are.
+    pub(super) fn works_len(&self) -> usize {
+        if self.elements {
+            WORKS * self.dofs.len()
+        } else {
+            0
+        }
+    }
+
     /// Numbers of the state and all that integrators keep.
     pub(super) fn state_len(&self) -> usize {
-        self.accelerations_at() + 4 * self.dofs.len()
+        self.works_at() + 2 * self.works_len()
     }
 }
 
-fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
+pub(super) fn quaternion(rotation: &Mat3<f64>) -> [f64; 4] {
     DQuat::from_mat3(&rotation.to_glam()).normalize().to_array()
 }
 

@@ -55,7 +55,10 @@ impl Transfer<'_> {
 
     fn check_angles(&self, state: &State) -> Result<(), Error> {
         let large = self.model.bodies().iter().find(|body| {
-            let turns = matches!(body.joint.kind, JointKind::Revolute { .. });
+            let turns = matches!(
+                body.joint.kind,
+                JointKind::Revolute { .. } | JointKind::Screw { .. }
+            );
             turns && state.q[body.position_start].abs() > LARGEST_F32_ANGLE
         });
         large.map_or(Ok(()), |body| {

@@ -1,0 +1,107 @@
+//! Mechanisms with closed loops on a device: accelerations and steps against the CPU, how far open loops are left, and
+//! a loop that cannot be closed.
+
+use super::dynamics::precisions;
+use super::{holds, is_software};
+use crate::scenario::loops::{STEP, mechanisms, side_by_side};
+use crate::suite::{Figure, Outcome, relative_error, worst_of};
+use vertebra::dynamics::gpu::Options;
+use vertebra::{
+    Error, Forces, Integrator, Model, Pose, Precision, Simulation, Solver, SolverOptions, State,
+    glam::DVec3, mechanism,
+};
+use vertebra_gpu::Device;
+
+/// Copies of a linkage that are moved together on hardware.
+const MANY: usize = 2000;
+
+/// Accelerations, whole steps of both integrators and the violation after them, in all precisions.
+pub(super) fn loops(device: &Device) -> Outcome {
+    let mut figures = Vec::new();
+    let mut subjects = mechanisms()?;
+    subjects.push(mechanism::stewart_platform()?);
+    let (model, start) = &subjects[0];
+    let copies = if is_software(device) { 20 } else { MANY };
+    subjects.push(side_by_side(model, start, copies)?);
+    for (chunks, tree, _) in precisions(device) {
+        let options = Options {
+            chunks: Some(chunks),
+            tree: Some(tree),
+            ..Options::default()
+        };
+        // Loops spread what is rounded by their compliances, redundant ones by 1 / mu in f32.
+        let (spread, open) = match chunks {
+            Precision::F32 => (1e5, 1e-4),
+            _ => (1e4, 1e-9),
+        };
+        let bound = spread * tree.epsilon();
+        for (model, start) in &subjects {
+            let name = |what: &str| format!("{what}, {}, {chunks} over {tree}", model.name());
+            let error = accelerations(device, model, start, &options)?;
+            figures.push(Figure::new(name("accelerations"), error, bound));
+            for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
+                let options = Options {
+                    integrator,
+                    ..options
+                };
+                let (error, violation) = steps(device, model, start, &options)?;
+                let name = |what: &str| format!("{}, {integrator:?}", name(what));
+                figures.push(Figure::new(name("rates"), error, bound));
+                figures.push(Figure::new(name("violation"), violation, open));
+            }
+        }
+    }
+    figures.push(refusal(device)?);
+    Ok(figures)
+}
+
+/// Largest error of accelerations.
+fn accelerations(
+    device: &Device,
+    model: &Model,
+    start: &State,
+    options: &Options,
+) -> anyhow::Result<f64> {
+    let forces = Forces::none(model);
+    let mut solver = Solver::new(model, &SolverOptions::default())?;
+    let exact = solver.forward_dynamics(model, start, &forces)?;
+    let mut simulation = vertebra::dynamics::gpu::Simulation::on(device, model, options)?;
+    simulation.set_state(start)?;
+    Ok(relative_error(&simulation.accelerations()?, exact))
+}
+
+/// Error of rates after a few steps, and the violation after more.
+fn steps(
+    device: &Device,
+    model: &Model,
+    start: &State,
+    options: &Options,
+) -> anyhow::Result<(f64, f64)> {
+    let mut cpu = Simulation::new(model.clone())?.with_integrator(options.integrator);
+    let mut gpu = Simulation::on_gpu(device, model.clone(), options)?;
+    for simulation in [&mut cpu, &mut gpu] {
+        simulation.set_state(start.clone())?;
+        simulation.steps(STEP, 18)?;
+    }
+    let error = relative_error(&gpu.state()?.qd, &cpu.state()?.qd);
+    let further = if is_software(device) { 16 } else { 1600 };
+    gpu.steps(STEP, further)?;
+    let found = gpu.loop_violation();
+    let violation = found.map_or(f64::NAN, |found| found.position);
+    Ok((error, worst_of(violation, 0.0)))
+}
+
+/// A coupler that is too short to reach: an error that names the loop, and the state is kept.
+fn refusal(device: &Device) -> anyhow::Result<Figure> {
+    let (model, start) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4)?;
+    let mut description = model.describe();
+    for closed in &mut description.loops {
+        closed.placements[0] = Pose::from_translation(DVec3::NEG_Z * 5.0);
+    }
+    let mut simulation = Simulation::on_gpu(device, description.build()?, &Options::default())?;
+    simulation.set_state(start.clone())?;
+    let refused = simulation.step(STEP);
+    let is_named = matches!(&refused, Err(Error::LoopOpen { name, .. }) if name == "pin");
+    let is_kept = simulation.state()? == &start;
+    Ok(holds(format!("refused: {refused:?}"), is_named && is_kept))
+}

@@ -1,0 +1,63 @@
+//! Slips of the pen in names.
+
+/// The known name that a word is nearly spelt like: one letter off in words of four and five, two in
+/// longer ones. Shorter words are too much alike.
+pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+    let allowed = match word.len() {
+        0..=3 => return None,
+        4..=5 => 1,
+        _ => 2,
+    };
+    let apart = |name: &&&str| distance(word, name);
+    let nearest = known.iter().filter(|name| name.len() > 3).min_by_key(apart);
+    nearest
+        .copied()
+        .filter(|name| (1..=allowed).contains(&distance(word, name)))
+}
+
+/// Letters to change, insert, take away or exchange with their neighbours that make one word of the other (the
+/// restricted distance of Damerau 1964 and Levenshtein 1966).
+fn distance(a: &str, b: &str) -> usize {
+    let [a, b]: [Vec<char>; 2] = [a, b].map(|word| word.chars().collect());
+    // The distances of the beginnings of both.
+    let mut table = vec![vec![0; b.len() + 1]; a.len() + 1];
+    for i in 0..=a.len() {
+        for j in 0..=b.len() {
+            if i == 0 || j == 0 {
+                table[i][j] = i + j;
+                continue;
+            }
+            let changed = table[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            table[i][j] = changed.min(table[i - 1][j] + 1).min(table[i][j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                table[i][j] = table[i][j].min(table[i - 2][j - 2] + 1);
+            }
+        }
+    }
+    table[a.len()][b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_are_told_from_other_words() {
+        let known = [
+            "damping",
+            "range",
+            "axis",
+            "pos",
+            "frictionloss",
+            "stiffness",
+        ];
+        assert_eq!(nearest("dampign", &known), Some("damping"));
+        assert_eq!(nearest("rang", &known), Some("range"));
+        assert_eq!(nearest("frictionlos", &known), Some("frictionloss"));
+        assert_eq!(nearest("axes", &known), Some("axis"));
+        assert_eq!(nearest("rnage", &known), Some("range"));
+        for other in ["margin", "group", "user", "po", "damping", "xyz", "solref"] {
+            assert_eq!(nearest(other, &known), None, "{other}");
+        }
+    }
+}

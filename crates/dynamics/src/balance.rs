@@ -1,0 +1,46 @@
+//! What errors are measured by where loads balance.
+//!
+//! Errors of joint accelerations are relative to the largest of them. In equilibrium (a model that hangs or is
+//! held, a body that turns steadily) there is none to speak of: what is left is the rounding of the loads, of
+//! which no digit means anything, and no precision has a small error beside it. So errors are never measured by
+//! less than the loads cause where nothing balances them: the acceleration of gravity, the square of the
+//! largest rate, and the largest push over the mass of the whole, each in the model's units of length and time.
+//! Forces in joints need not be counted. They accelerate something unless one of the others balances them.
+
+use crate::Forces;
+use crate::link::Scales;
+use vertebra_assembly::Model;
+
+/// The least joint acceleration that errors are measured by [rad/s^2 or m/s^2], for rates in SI and pushes as
+/// [`largest_push`] has them.
+pub(crate) fn least_acceleration(model: &Model, scales: &Scales, qd: &[f64], push: f64) -> f64 {
+    let gravity = model.gravity().length() / model.units().acceleration();
+    let rates = qd
+        .iter()
+        .zip(&scales.rate)
+        .map(|(qd, scale)| (qd * scale).abs());
+    let rate = rates.fold(0.0, f64::max);
+    let least = gravity.max(rate * rate).max(push);
+    (scales.acceleration.iter()).fold(0.0, |largest, scale| largest.max(least * scale))
+}
+
+/// The largest acceleration that an external force alone would give a mass like the whole model's, in the
+/// model's units.
+pub(crate) fn largest_push(model: &Model, forces: &Forces) -> f64 {
+    let units = model.units();
+    let masses = model
+        .bodies()
+        .iter()
+        .map(|body| body.mass.mass / units.mass);
+    let largest = forces.acting().fold(0.0_f64, |largest, (_, wrench)| {
+        let force = wrench.force.length() / units.force();
+        largest
+            .max(force)
+            .max(wrench.torque.length() / units.energy())
+    });
+    if largest == 0.0 {
+        0.0
+    } else {
+        largest / masses.sum::<f64>()
+    }
+}

@@ -1,0 +1,163 @@
+//! Elements as numbers for kernels, in the model's units; `shaders/wgsl/dca/loads.wgsl` reads them.
+
+use super::Elements;
+use super::freedom::{Ball, Freedom};
+use crate::link::Scales;
+use vertebra_assembly::{Model, Stop};
+use vertebra_shaders::dca::WORKS;
+
+/// Stands for a bound where there is none, in any precision.
+const BOUNDLESS: f64 = 1e37;
+
+/// Kinds of stops.
+const SOFT: f64 = 1.0;
+const HARD: f64 = 2.0;
+
+/// Factors from SI to the model's units for a joint's coordinate, and for forces a displacement and a rate.
+struct Factors {
+    position: f64,
+    force: f64,
+    stiffness: f64,
+    damping: f64,
+    inertia: f64,
+}
+
+impl Factors {
+    fn new(model: &Model, scales: &Scales, dof: usize) -> Self {
+        let (rate, force) = (scales.rate[dof], 1.0 / scales.force[dof]);
+        let position = rate / model.units().time;
+        Self {
+            position,
+            force,
+            stiffness: force / position,
+            damping: force / rate,
+            inertia: scales.inertia(dof),
+        }
+    }
+}
+
+impl Elements {
+    /// Of each body three rows: spring, rest, damper, rotor; friction, range, inertia that is moved, or the rest
+    /// of a spherical joint; the stop.
+    pub(crate) fn rows(&self, scales: &Scales) -> Vec<[[f64; 4]; 3]> {
+        // Of spherical joints without elements rests have to be rotations.
+        let none = [[0.0; 4], [0.0, 0.0, 0.0, 1.0], [0.0; 4]];
+        let mut rows = vec![none; self.model.bodies().len()];
+        for freedom in &self.freedoms {
+            let factors = Factors::new(&self.model, scales, freedom.dof);
+            rows[freedom.body as usize] = freedom.rows(&factors);
+        }
+        // Both in the order of the bodies.
+        let mut balls = self.balls.iter().peekable();
+        for (body, rows) in self.model.bodies().iter().zip(&mut rows) {
+            let is_own = |ball: &&Ball| ball.dof == body.dof_start && body.dof_range().len() == 3;
+            if let Some(ball) = balls.next_if(is_own) {
+                *rows = ball.rows(&Factors::new(&self.model, scales, ball.dof));
+            }
+        }
+        rows
+    }
+
+    /// Writes what motors are given: five numbers a freedom, by `places` of freedoms, one of the five after the
+    /// other for all of them.
+    pub(crate) fn put_motors(&self, scales: &Scales, places: &[u32], numbers: &mut [f64]) {
+        let count = self.model.dof_count();
+        numbers.fill(0.0);
+        for &index in &self.active {
+            let freedom = &self.freedoms[index as usize];
+            let factors = Factors::new(&self.model, scales, freedom.dof);
+            let place = places[freedom.dof] as usize;
+            for (k, number) in freedom.motor_numbers(&factors).into_iter().enumerate() {
+                numbers[k * count + place] = number;
+            }
+        }
+    }
+
+    /// Whether some law may be on a bound, so that a step may take several solutions.
+    pub(crate) fn is_bounded(&self) -> bool {
+        let active = self
+            .active
+            .iter()
+            .map(|&index| &self.freedoms[index as usize]);
+        active.clone().any(|freedom| {
+            let limited = freedom.motor.limit.min(freedom.effort) < f64::INFINITY;
+            freedom.friction > 0.0
+                || freedom.range.is_some()
+                || (limited && !freedom.motor.is_off())
+        })
+    }
+
+    /// Adds what sums of work by freedoms, one kind after the other in the model's units, have become more than
+    /// they were, if they were any.
+    pub(crate) fn add_works(&mut self, sums: &[f64], before: &[f64]) {
+        let unit = self.model.units().energy();
+        let count = sums.len() / WORKS;
+        let sum =
+            |sums: &[f64], kind: usize| sums.iter().skip(kind * count).take(count).sum::<f64>();
+        let total = |kind: usize| (sum(sums, kind) - sum(before, kind)) * unit;
+        self.work.motors += total(0);
+        self.work.springs += total(1);
+        self.work.dampers += total(2);
+        self.work.friction += total(3);
+        self.work.stops += total(4);
+    }
+}
+
+impl Freedom {
+    fn rows(&self, factors: &Factors) -> [[f64; 4]; 3] {
+        let [lower, upper] = self.range.unwrap_or_default();
+        let stop = match (self.range, self.stop) {
+            (None, _) => [0.0; 4],
+            (_, Stop::Soft { stiffness, damping }) => [
+                stiffness * factors.stiffness,
+                damping * factors.damping,
+                SOFT,
+                0.0,
+            ],
+            (_, Stop::Hard { restitution }) => [restitution, 0.0, HARD, 0.0],
+        };
+        let bounded = |x: f64| (x * factors.position).clamp(-BOUNDLESS, BOUNDLESS);
+        [
+            [
+                self.stiffness * factors.stiffness,
+                self.rest * factors.position,
+                self.damping * factors.damping,
+                self.armature * factors.inertia,
+            ],
+            [
+                self.friction * factors.force,
+                bounded(lower),
+                bounded(upper),
+                self.moved * factors.inertia,
+            ],
+            stop,
+        ]
+    }
+
+    fn motor_numbers(&self, factors: &Factors) -> [f64; 5] {
+        let motor = &self.motor;
+        let limit = motor.limit.min(self.effort) * factors.force;
+        [
+            (motor.force + motor.damping * motor.rate) * factors.force,
+            motor.position * factors.position,
+            motor.stiffness * factors.stiffness,
+            motor.damping * factors.damping,
+            limit.min(BOUNDLESS),
+        ]
+    }
+}
+
+impl Ball {
+    fn rows(&self, factors: &Factors) -> [[f64; 4]; 3] {
+        [
+            [
+                self.stiffness * factors.stiffness,
+                0.0,
+                self.damping * factors.damping,
+                self.armature * factors.inertia,
+            ],
+            self.rest.to_glam().to_array(),
+            [0.0; 4],
+        ]
+    }
+}

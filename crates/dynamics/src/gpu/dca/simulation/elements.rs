@@ -1,0 +1,151 @@
+//! What acts in the joints of a simulation on a GPU.
+
+use super::{Engines, Simulation};
+use crate::elements::PASSES;
+use crate::gpu::Explicit;
+use crate::gpu::dca::Options;
+use crate::gpu::dca::engine::{JOINT_FORCES, Task};
+use crate::{Elements, Error, Forces, Motor, Work};
+use vertebra_assembly::{BodyId, Model};
+use vertebra_gpu::Timing;
+use vertebra_shaders::dca::{DRIVEN_NUMBERS, MOST_ATTEMPTS};
+
+const _: () = assert!(MOST_ATTEMPTS as usize == PASSES);
+
+/// Numbers of a freedom before those of its motor: joint force and inertia of its own.
+const BEFORE_MOTORS: usize = 2;
+
+impl Simulation {
+    /// Sets the motor of a body's joint; the device is given it with the next step.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`], of models with closed loops
+    /// [`Error::ElementUnavailable`]; the motor is then as it was. The first
+    /// motor of a model without elements takes kernels and memory of its own, for which [`Error::ModelTooLarge`]
+    /// and [`Error::Gpu`] are possible.
+    pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
+        if let Some(elements) = &mut self.elements {
+            elements.set_motor(body, motor)?;
+            self.motors_changed = true;
+            return Ok(());
+        }
+        let mut elements = Box::new(Elements::new(&self.model));
+        elements.set_motor(body, motor)?;
+        let name = self.model.bodies()[body.index()].name.clone();
+        self.take_elements(elements, &name)
+    }
+
+    /// What acts in the joints; none where nothing ever did. [`work`](Self::work) is done on the device, and not
+    /// known to it.
+    #[must_use]
+    pub fn elements(&self) -> Option<&Elements> {
+        self.elements.as_deref()
+    }
+
+    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far, in the precision of
+    /// the state; read back.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn work(&mut self) -> Result<Work, Error> {
+        self.collect_work()?;
+        let elements = self.elements.as_ref();
+        Ok(elements.map_or_else(Work::default, |elements| *elements.work()))
+    }
+
+    /// The same model in the neutral state with other options and with what acts in the joints, its work included.
+    pub(crate) fn with_options(&mut self, model: &Model, options: &Options) -> Result<Self, Error> {
+        self.collect_work()?;
+        let device = in_engine!(&self.engines, engine => engine.device().clone());
+        Self::with_elements(&device, model, options, self.elements.clone())
+    }
+
+    /// Takes what the device has summed up since it was collected last.
+    pub(super) fn collect_work(&mut self) -> Result<(), Error> {
+        let (tables, Some(elements)) = (&self.tables, &mut self.elements) else {
+            return Ok(());
+        };
+        if !self.has_worked {
+            return Ok(());
+        }
+        let numbers =
+            in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
+        let sums = &numbers[tables.works_at()..][..tables.works_len()];
+        elements.add_works(sums, &self.works);
+        self.works.clear();
+        self.works.extend(sums);
+        self.has_worked = false;
+        Ok(())
+    }
+
+    /// Goes on with kernels for elements, the first of which acts in a body's joint.
+    pub(super) fn take_elements(
+        &mut self,
+        elements: Box<Elements>,
+        body: &str,
+    ) -> Result<(), Error> {
+        if crate::loops::has_loops(&self.model) {
+            return Err(Error::ElementUnavailable {
+                body: body.to_owned(),
+            });
+        }
+        let state = self.state()?;
+        let device = in_engine!(&self.engines, engine => engine.device().clone());
+        let timing = in_engine!(&self.engines, engine => engine.timing());
+        let mut with = Self::with_elements(&device, &self.model, &self.options, Some(elements))?;
+        with.set_state(&state)?;
+        with.set_forces(&self.forces)?;
+        if timing != Timing::Off {
+            with.take_times(timing)?;
+        }
+        *self = with;
+        Ok(())
+    }
+
+    /// Solutions that a step may take: none in which elements are implicit where there are none or another method
+    /// takes them as they are; one where no law has a bound.
+    pub(super) fn attempts(&self, h: f64) -> Result<u32, Error> {
+        let Some(elements) = &self.elements else {
+            return Ok(0);
+        };
+        if !elements.is_idle() {
+            elements.check_step(h)?;
+            elements.check_integrator(self.options.integrator)?;
+        }
+        Ok(match self.integrator {
+            Explicit::RungeKutta4 => 0,
+            Explicit::SemiImplicitEuler if elements.is_bounded() => MOST_ATTEMPTS,
+            Explicit::SemiImplicitEuler => 1,
+        })
+    }
+
+    /// Inertia of freedoms' own, and motors, behind the joint forces.
+    pub(super) fn put_elements(&self, forces: &Forces, numbers: &mut Vec<f64>) {
+        let Some(elements) = &self.elements else {
+            return;
+        };
+        let dofs = &self.tables.dofs;
+        numbers.extend(dofs.iter().map(|&dof| {
+            let dof = dof as usize;
+            forces.inertia(dof) * self.scales.inertia(dof)
+        }));
+        let motors = numbers.len();
+        numbers.resize(motors + (DRIVEN_NUMBERS - BEFORE_MOTORS) * dofs.len(), 0.0);
+        elements.put_motors(&self.scales, &self.tables.places, &mut numbers[motors..]);
+    }
+
+    /// Gives the device the motors that were set since.
+    pub(super) fn upload_motors(&mut self) -> Result<(), Error> {
+        let Some(elements) = self.elements.as_ref().filter(|_| self.motors_changed) else {
+            return Ok(());
+        };
+        let count = self.tables.dofs.len();
+        let start = JOINT_FORCES + BEFORE_MOTORS * count;
+        let motors = &mut self.force_numbers[start..JOINT_FORCES + DRIVEN_NUMBERS * count];
+        elements.put_motors(&self.scales, &self.tables.places, motors);
+        let numbers = &self.force_numbers;
+        in_engine!(&mut self.engines, engine => engine.write_forces(numbers))?;
+        self.motors_changed = false;
+        Ok(())
+    }
+}

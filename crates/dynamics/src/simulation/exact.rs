@@ -1,0 +1,196 @@
+//! Solutions of a GPU to a tolerance: the cheapest precisions and corrections that are expected to meet it, the
+//! next dearer ones where they do not.
+//!
+//! A correction on a device takes out what its joins have rounded, and its size says how much that was; what
+//! uneven masses cost inside a chunk it neither repairs nor shows (`docs/gpu.md`). So the error is measured where
+//! nothing of the device takes part: its accelerations are corrected by the articulated-body algorithm on the
+//! processor, in f64, twice. The first change is the error but for that of the correction, which is the second; and
+//! neither is less than what the rounding of the bodies' own equations leaves (`tolerance.rs`).
+
+use crate::tolerance::{NOISE, ROUNDING};
+use crate::{
+    Achieved, Algorithm, Error, Forces, Precision, Workspace, check_accelerations, cost, gpu,
+    refine,
+};
+use vertebra_assembly::{Model, State};
+
+/// Steps between two measurements of the error: one takes about as long as eight steps of 2048 bodies on an H100.
+const EVERY: usize = 64;
+
+/// Corrections of a solution at most.
+const MOST_SWEEPS: usize = 3;
+
+/// Precisions of chunks and of joins, and corrections.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Rung {
+    chunks: Precision,
+    tree: Precision,
+    sweeps: usize,
+}
+
+impl Rung {
+    /// The error that its factors make likely.
+    fn likely(self) -> f64 {
+        let joins = ROUNDING * self.tree.epsilon();
+        let corrected = (0..self.sweeps).fold(joins, |error, _| error * joins);
+        corrected.max(ROUNDING * self.chunks.epsilon())
+    }
+
+    fn cost(self, bodies: usize) -> f64 {
+        cost::gpu_refined_step(bodies, self.chunks, self.tree, self.sweeps)
+    }
+
+    /// Options of a GPU of this rung, otherwise as they were.
+    pub(super) const fn options(self, own: &gpu::Options) -> gpu::Options {
+        gpu::Options {
+            chunks: Some(self.chunks),
+            tree: Some(self.tree),
+            sweeps: self.sweeps,
+            ..*own
+        }
+    }
+}
+
+/// The rungs that a device has, from the cheapest to the dearest, and the one in use.
+#[derive(Debug)]
+pub(super) struct Exact {
+    tolerance: f64,
+    rungs: Vec<Rung>,
+    at: usize,
+    /// Steps until the error is measured again.
+    left: usize,
+    achieved: Option<Achieved>,
+}
+
+impl Exact {
+    /// # Errors
+    /// [`Error::ToleranceRange`].
+    pub(super) fn new(model: &Model, has_f64: bool, tolerance: f64) -> Result<Self, Error> {
+        use Precision::{F32, F64};
+        if !(tolerance.is_finite() && tolerance >= f64::EPSILON) {
+            return Err(Error::ToleranceRange { tolerance });
+        }
+        let rung = |chunks, tree, sweeps| Rung {
+            chunks,
+            tree,
+            sweeps,
+        };
+        let mut rungs = vec![rung(F32, F32, 0)];
+        if has_f64 {
+            rungs.extend((0..=MOST_SWEEPS).map(|sweeps| rung(F64, F32, sweeps)));
+            rungs.extend((0..=1).map(|sweeps| rung(F64, F64, sweeps)));
+        }
+        rungs.retain(|rung| rung.likely() <= tolerance);
+        let bodies = model.bodies().len();
+        rungs.sort_by(|a, b| a.cost(bodies).total_cmp(&b.cost(bodies)));
+        Ok(Self {
+            tolerance,
+            rungs,
+            at: 0,
+            left: 0,
+            achieved: None,
+        })
+    }
+
+    /// The rung in use; none where the device has none left.
+    pub(super) fn rung(&self) -> Option<Rung> {
+        self.rungs.get(self.at).copied()
+    }
+
+    /// Goes on to the next rung, to be measured before it is used.
+    pub(super) const fn climb(&mut self) {
+        self.at += 1;
+        self.measure_next();
+    }
+
+    /// Has the error measured before the next step.
+    pub(super) const fn measure_next(&mut self) {
+        self.left = 0;
+    }
+
+    pub(super) const fn is_due(&self) -> bool {
+        self.left == 0
+    }
+
+    /// Steps to the next measurement.
+    pub(super) const fn steps_to_next(&self) -> usize {
+        self.left
+    }
+
+    pub(super) const fn count(&mut self, steps: usize) {
+        self.left = self.left.saturating_sub(steps);
+    }
+
+    pub(super) const fn achieved(&self) -> Option<&Achieved> {
+        self.achieved.as_ref()
+    }
+
+    /// That the device has no rung left.
+    pub(super) fn missed(&self) -> Error {
+        let none = f64::INFINITY;
+        let (error, residual) = (self.achieved).map_or((none, none), |a| (a.error, a.residual));
+        Error::ToleranceMissed {
+            tolerance: self.tolerance,
+            error,
+            residual,
+        }
+    }
+
+    /// Measures the error of accelerations of the rung in use; says whether the tolerance is met.
+    pub(super) fn measure(
+        &mut self,
+        (model, state, forces): (&Model, &State, &Forces),
+        qdd: &[f64],
+        workspace: &mut Workspace,
+    ) -> Result<bool, Error> {
+        let Some(rung) = self.rung() else {
+            return Ok(false);
+        };
+        let found = check_accelerations(model, state, forces, qdd, workspace)?;
+        let beyond = refine(forces, workspace)?.change;
+        let rounding = NOISE * workspace.response_to_rounding(forces)?;
+        let error = (found.change + beyond).max(rounding).max(f64::EPSILON);
+        self.achieved = Some(Achieved {
+            algorithm: Algorithm::Dca,
+            precision: rung.chunks,
+            tree: rung.tree,
+            sweeps: u32::try_from(rung.sweeps).unwrap_or(u32::MAX),
+            residual: found.residual,
+            error,
+        });
+        self.left = EVERY;
+        Ok(error <= self.tolerance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vertebra_assembly::generate::{self, Rod};
+
+    /// Cheap where that is enough; none where f64 is not.
+    #[test]
+    fn rungs_are_those_that_may_do() {
+        use Precision::{F32, F64};
+        let model = generate::random_chain(100, &Rod::default(), 1).unwrap();
+        let first = |tolerance| {
+            let exact = Exact::new(&model, true, tolerance).unwrap();
+            (exact.rung()).map(|rung| (rung.chunks, rung.tree, rung.sweeps))
+        };
+        assert_eq!(first(1e-3), Some((F32, F32, 0)));
+        assert_eq!(first(1e-9), Some((F64, F64, 0)));
+        assert_eq!(first(1e-14), None);
+        let single = Exact::new(&model, false, 1e-9).unwrap();
+        assert!(single.rung().is_none());
+        for tolerance in [0.0, f64::NAN, f64::INFINITY] {
+            assert!(Exact::new(&model, true, tolerance).is_err());
+        }
+        let mut exact = Exact::new(&model, true, 1e-9).unwrap();
+        let mut rungs = Vec::new();
+        while let Some(rung) = exact.rung() {
+            rungs.push((rung.tree, rung.sweeps));
+            exact.climb();
+        }
+        assert_eq!(rungs, [(F64, 0), (F64, 1), (F32, 2), (F32, 3)]);
+    }
+}

@@ -1,0 +1,401 @@
+//! What acts in joints on a GPU, against the CPU: inertia of freedoms' own, springs, dampers, friction, stops,
+//! motors, on joints of every kind.
+
+#![expect(clippy::unwrap_used, reason = "a failure is the test's")]
+
+use std::sync::OnceLock;
+use vertebra_assembly::generate::{self, Masses, Rod};
+use vertebra_assembly::schedule::ScheduleOptions;
+use vertebra_assembly::{
+    BodyId, Joint, MassProperties, Model, ModelDescription, Random, Spring, State, Stop,
+};
+use vertebra_dynamics::gpu::{Batch, BatchOptions, Options};
+use vertebra_dynamics::{
+    Algorithm, DcaOptions, DcaWorkspace, Error, Forces, Integrator, Motor, Precision, Simulation,
+    Work, Workspace, aba, dca, forward_error, gpu,
+};
+use vertebra_gpu::{Device, tests_are_left_out};
+use vertebra_spatial::Pose;
+
+/// Chunks and joins: the three choices there are.
+const PRECISIONS: [(Precision, Precision); 3] = [
+    (Precision::F32, Precision::F32),
+    (Precision::F64, Precision::F32),
+    (Precision::F64, Precision::F64),
+];
+
+/// One for all tests, so that pipelines are compiled once.
+fn device() -> Option<Device> {
+    static DEVICE: OnceLock<Option<Device>> = OnceLock::new();
+    let open = || (!tests_are_left_out()).then(|| Device::auto().unwrap());
+    DEVICE.get_or_init(open).clone()
+}
+
+fn options((chunks, tree): (Precision, Precision), window: usize, sweeps: usize) -> Options {
+    Options {
+        chunks: Some(chunks),
+        tree: Some(tree),
+        schedule: Some(ScheduleOptions::with_window(window)),
+        sweeps,
+        ..Options::default()
+    }
+}
+
+/// Joint forces, and inertia of many freedoms' own over some decades.
+fn held(model: &Model, seed: u64) -> Forces {
+    let mut forces = Forces::none(model);
+    let mut random = Random::new(seed);
+    forces.joint.fill_with(|| random.symmetric());
+    forces.joint_inertia = (0..model.dof_count())
+        .map(|_| match random.below(3) {
+            0 => 0.0,
+            decade => 10_f64.powf(2.0 * random.symmetric() - decade as f64),
+        })
+        .collect();
+    forces
+}
+
+/// Accelerations of freedoms with inertia of their own have the digits that they have on the CPU.
+fn compare_held(device: &Device, model: &Model, seed: u64, options: &Options, what: &str) {
+    let (state, forces) = (State::random(model, seed), held(model, seed));
+    let mut reference = Workspace::new(model, Precision::Reference);
+    aba(model, &state, &forces, &mut reference).unwrap();
+    let mut simulation = gpu::Simulation::on(device, &model.bare(), options).unwrap();
+    simulation.set_state(&state).unwrap();
+    simulation.set_forces(&forces).unwrap();
+    let found = forward_error(&simulation.accelerations().unwrap(), &reference).unwrap();
+    let (chunks, tree) = simulation.precisions();
+    let twin = DcaOptions {
+        chunks,
+        tree: if options.sweeps > 0 { chunks } else { tree },
+        schedule: options.schedule,
+        parallel: false,
+    };
+    let mut workspace = DcaWorkspace::new(model, &twin).unwrap();
+    let twin = dca(model, &state, &forces, &mut workspace).unwrap();
+    let cpu = forward_error(twin, &reference).unwrap();
+    let rounding = if options.sweeps > 0 {
+        chunks.epsilon()
+    } else {
+        tree.epsilon()
+    };
+    let bound = 16.0 * cpu + 256.0 * rounding;
+    assert!(
+        found <= bound,
+        "{what}, seed {seed}, {chunks} {tree}: {found:e} on the GPU, {cpu:e} on the CPU"
+    );
+}
+
+/// A chain whose joints are of every kind, with every element there is.
+///
+/// Branches would need kernels of their own, which take a software driver minutes to compile: the checks of
+/// `selftest` have them.
+fn chain(count: usize, seed: u64) -> Model {
+    let mut random = Random::new(seed);
+    let mut description = ModelDescription::new("chain").body(
+        "body-0",
+        None,
+        Joint::free(),
+        MassProperties::sphere(1.0, 0.3),
+    );
+    let stops = [
+        Stop::HARD,
+        Stop::Hard { restitution: 0.6 },
+        Stop::Soft {
+            stiffness: 500.0,
+            damping: 0.5,
+        },
+    ];
+    for index in 1..count {
+        let axis = random.direction();
+        let joint = match index % 5 {
+            0 => Joint::spherical()
+                .with_spring(Spring::turned(5.0 * random.unit(), random.rotation())),
+            1 => Joint::screw(axis, 0.3 * random.symmetric()).with_friction(0.2),
+            2 => Joint::prismatic(axis)
+                .with_spring(Spring::at(20.0, 0.1))
+                .with_friction(0.3),
+            3 => Joint::revolute(axis).with_spring(Spring::at(5.0, -0.4)),
+            _ => Joint::fixed(),
+        };
+        let joint = match index % 5 {
+            4 => joint,
+            _ => joint
+                .with_damping(0.1 * random.unit())
+                .with_armature(0.2 * random.unit()),
+        };
+        let joint = match index % 5 {
+            1..=3 => {
+                let stop = stops[random.below(3)];
+                joint.with_range(-4e-3, 5e-3).with_stop(stop)
+            }
+            _ => joint,
+        };
+        let at = Pose::new(random.rotation(), random.direction() * 0.5);
+        let mass = MassProperties::rod(0.5 + random.unit(), 0.4, 0.1);
+        let parent = format!("body-{}", index - 1);
+        description = description.body(format!("body-{index}"), Some(&parent), joint.at(at), mass);
+    }
+    description.build().unwrap()
+}
+
+#[test]
+fn inertia_of_freedoms_own() {
+    let Some(device) = device() else { return };
+    for (precisions, seed) in PRECISIONS.into_iter().zip(1..) {
+        for (count, window) in [(5, 4), (40, 4)] {
+            let what = format!("chain of {count}");
+            compare_held(
+                &device,
+                &chain(count, seed),
+                seed,
+                &options(precisions, window, 0),
+                &what,
+            );
+        }
+    }
+}
+
+/// Chunks that end with leaves, whose joints' own inertia is a compliance of a join.
+#[test]
+fn inertia_of_freedoms_own_at_heavy_ends() {
+    let Some(device) = device() else { return };
+    let model = generate::uneven_tree(60, 1, &Rod::default(), &Masses::HeavyTips(1e8), 5).unwrap();
+    compare_held(
+        &device,
+        &model,
+        7,
+        &options(PRECISIONS[2], 8, 0),
+        "heavy tips",
+    );
+}
+
+/// And corrections gain the digits that joins lack.
+#[test]
+fn inertia_of_freedoms_own_corrected() {
+    let Some(device) = device() else { return };
+    let options = options(PRECISIONS[1], 4, 2);
+    compare_held(&device, &chain(40, 1), 1, &options, "corrected chain");
+}
+
+/// A motor of each kind on bodies with one freedom.
+fn drive(simulation: &mut Simulation, model: &Model, seed: u64) {
+    let mut random = Random::new(seed);
+    let driven: Vec<BodyId> = (model.body_ids().zip(model.bodies()))
+        .filter(|(_, body)| body.dof_range().len() == 1)
+        .map(|(id, _)| id)
+        .collect();
+    for motor in [
+        Motor::torque(0.3),
+        Motor::velocity(1.0, 2.0),
+        Motor::position(0.4, 50.0, 1.0),
+        Motor::position(-0.4, 500.0, 1.0).limited(0.5),
+    ] {
+        let body = driven[random.below(driven.len())];
+        simulation.set_motor(body, motor).unwrap();
+    }
+}
+
+/// The state and the work after some steps, with motors that change on the way.
+fn moved(mut simulation: Simulation, state: &State, h: f64, count: usize) -> (State, Work) {
+    let model = simulation.model().clone();
+    simulation.set_state(state.clone()).unwrap();
+    drive(&mut simulation, &model, 1);
+    simulation.steps(h, count).unwrap();
+    drive(&mut simulation, &model, 2);
+    simulation.steps(h, count).unwrap();
+    let work = simulation.work().unwrap();
+    (simulation.state().unwrap().clone(), work)
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(1.0_f64, |m, x| m.max(x.abs()))
+}
+
+fn assert_alike(found: &(State, Work), expected: &(State, Work), bound: f64, what: &str) {
+    for (found, expected) in [(&found.0.q, &expected.0.q), (&found.0.qd, &expected.0.qd)] {
+        let scale = largest(expected);
+        for (a, b) in found.iter().zip(expected) {
+            assert!((a - b).abs() <= bound * scale, "{what}: {a} and {b}");
+        }
+    }
+    let works = |work: &Work| {
+        [
+            work.motors,
+            work.springs,
+            work.dampers,
+            work.friction,
+            work.stops,
+        ]
+    };
+    let (found, expected) = (works(&found.1), works(&expected.1));
+    let scale = largest(&expected);
+    for (a, b) in found.iter().zip(expected) {
+        assert!((a - b).abs() <= bound * scale, "work, {what}: {a} and {b}");
+    }
+}
+
+/// Steps are the CPU's, on which laws end on the same parts.
+#[test]
+fn steps_with_all_elements() {
+    let Some(device) = device() else { return };
+    let model = chain(24, 3);
+    let mut state = State::neutral(&model);
+    state.qd.copy_from_slice(&State::random(&model, 3).qd);
+    let expected = moved(Simulation::new(model.clone()).unwrap(), &state, 1e-3, 20);
+    let work = expected.1;
+    for work in [
+        work.motors,
+        work.springs,
+        work.dampers,
+        work.friction,
+        work.stops,
+    ] {
+        assert!(work != 0.0, "{:?}", expected.1);
+    }
+    // Stops are met to the square root of what solutions are known to.
+    for (precisions, bound) in [(PRECISIONS[1], 1e-2), (PRECISIONS[2], 1e-7)] {
+        let options = options(precisions, 4, 0);
+        let gpu = Simulation::on_gpu(&device, model.clone(), &options).unwrap();
+        let found = moved(gpu, &state, 1e-3, 20);
+        assert_alike(&found, &expected, bound, &format!("{precisions:?}"));
+    }
+}
+
+/// And with an integrator that takes them as forces; a step with those that jump is refused, and one back.
+#[test]
+fn steps_of_runge_kutta() {
+    let Some(device) = device() else { return };
+    let mut description = chain(12, 4).describe();
+    for body in &mut description.bodies {
+        body.joint.friction = 0.0;
+        if body.joint.limits.is_some() {
+            body.joint.stop = Stop::Soft {
+                stiffness: 100.0,
+                damping: 0.2,
+            };
+        }
+    }
+    let model = description.build().unwrap();
+    let mut state = State::neutral(&model);
+    state.qd.copy_from_slice(&State::random(&model, 5).qd);
+    let cpu = Simulation::new(model.clone()).unwrap();
+    let cpu = cpu.with_integrator(Integrator::RungeKutta4);
+    let expected = moved(cpu, &state, 1e-3, 20);
+    let options = Options {
+        integrator: Integrator::RungeKutta4,
+        ..options(PRECISIONS[2], 4, 0)
+    };
+    let gpu = Simulation::on_gpu(&device, model, &options).unwrap();
+    let found = moved(gpu, &state, 1e-3, 20);
+    assert_alike(&found, &expected, 1e-10, "Runge-Kutta");
+
+    let rough = Simulation::on_gpu(&device, chain(12, 4), &options);
+    let refused = rough.unwrap().step(1e-3);
+    assert!(
+        matches!(refused, Err(Error::RoughElement { .. })),
+        "{refused:?}"
+    );
+    let mut back = Simulation::on_gpu(&device, chain(12, 4), &Options::default()).unwrap();
+    let refused = back.step(-1e-3);
+    assert!(
+        matches!(refused, Err(Error::StepBack { .. })),
+        "{refused:?}"
+    );
+}
+
+/// Batches with elements go by divide and conquer, each item with motors of its own.
+#[test]
+fn batches() {
+    let Some(device) = device() else { return };
+    let model = chain(8, 3);
+    let items = 3;
+    let options = BatchOptions {
+        precision: Precision::F64,
+        ..BatchOptions::default()
+    };
+    let mut batch = Batch::new(&device, &model, items, &options).unwrap();
+    assert_eq!(batch.choice().algorithm, Algorithm::Dca);
+    let states: Vec<_> = (0..items as u64)
+        .map(|seed| State {
+            qd: State::random(&model, seed).qd,
+            ..State::neutral(&model)
+        })
+        .collect();
+    let forces: Vec<_> = (0..items as u64).map(|seed| held(&model, seed)).collect();
+    batch.set_states(&states).unwrap();
+    batch.set_forces(&forces).unwrap();
+    let body = model.find("body-7").unwrap();
+    for item in 1..items {
+        let motor = Motor::velocity(item as f64, 2.0).limited(0.3);
+        batch.set_motor(item, body, motor).unwrap();
+    }
+    batch.steps(1e-3, 10).unwrap();
+    for (item, found) in batch.states().unwrap().iter().enumerate() {
+        let mut alone = Simulation::new(model.clone()).unwrap();
+        alone.set_state(states[item].clone()).unwrap();
+        *alone.forces_mut() = forces[item].clone();
+        if item > 0 {
+            let motor = Motor::velocity(item as f64, 2.0).limited(0.3);
+            alone.set_motor(body, motor).unwrap();
+        }
+        alone.steps(1e-3, 10).unwrap();
+        let expected = alone.state().unwrap();
+        let scale = largest(&expected.qd);
+        for (a, b) in found.qd.iter().zip(&expected.qd) {
+            assert!((a - b).abs() <= 1e-7 * scale, "item {item}: {a} and {b}");
+        }
+    }
+    assert!(matches!(
+        batch.set_motor(items, body, Motor::OFF),
+        Err(Error::ItemCount { .. })
+    ));
+    let lanes = BatchOptions {
+        lanes: Some(2),
+        ..options
+    };
+    let refused = Batch::new(&device, &model, items, &lanes).err().unwrap();
+    assert!(
+        matches!(refused, Error::JointUnavailable { .. }),
+        "{refused}"
+    );
+    let mut bare = Batch::new(&device, &chain(8, 3).bare(), items, &options).unwrap();
+    bare.set_motor(0, body, Motor::torque(1.0)).unwrap();
+}
+
+/// A model without elements is given a motor on the way, and what is asked of one state is the CPU's answer.
+#[test]
+fn a_motor_on_the_way() {
+    let Some(device) = device() else { return };
+    let model = generate::random_chain(9, &Rod::default(), 2).unwrap();
+    let body = model.last_body();
+    let options = options(PRECISIONS[2], 4, 0);
+    let run = |mut simulation: Simulation| {
+        simulation.set_state(State::random(&model, 6)).unwrap();
+        simulation.steps(1e-3, 5).unwrap();
+        assert_eq!(simulation.work().unwrap(), Work::default());
+        simulation
+            .set_motor(body, Motor::velocity(3.0, 2.0).limited(1.0))
+            .unwrap();
+        simulation.steps(1e-3, 5).unwrap();
+        let first = simulation.work().unwrap().motors;
+        let state = simulation.state().unwrap().clone();
+        simulation.set_state(state).unwrap();
+        simulation.set_motor(body, Motor::torque(-0.5)).unwrap();
+        simulation.steps(1e-3, 5).unwrap();
+        let work = simulation.work().unwrap();
+        assert!(first != 0.0 && work.motors != first);
+        let solved = simulation
+            .solve()
+            .unwrap()
+            .joint_accelerations()
+            .unwrap()
+            .to_vec();
+        let mut state = simulation.state().unwrap().clone();
+        state.q.extend(solved);
+        (state, work)
+    };
+    let expected = run(Simulation::new(model.clone()).unwrap());
+    let found = run(Simulation::on_gpu(&device, model.clone(), &options).unwrap());
+    assert_alike(&found, &expected, 1e-9, "a motor on the way");
+}

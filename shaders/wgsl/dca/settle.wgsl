@@ -1,0 +1,64 @@
+// What a solution means for the elements: the parts of their laws that it asks for, and the work of the step.
+
+override MOST_ATTEMPTS: u32 = 1u;
+
+// Numbers of work a freedom.
+const WORKS: u32 = 5u;
+
+fn put_works(v: u32, works: Works) {
+    let numbers = array<real, 5>(
+        works.motors,
+        works.springs,
+        works.dampers,
+        works.friction,
+        works.stops,
+    );
+    let n = sizes.dofs;
+    for (var k = 0u; k < WORKS; k++) {
+        let sum = works_at() + k * n + v;
+        state[sum + WORKS * n] = chunk_real(real(state[sum]) + numbers[k]);
+    }
+}
+
+fn is_single(kind: u32) -> bool { return kind == REVOLUTE || kind == PRISMATIC || kind == SCREW; }
+
+// After a step that is implicit in the elements, from the rates `before` to `rates`.
+fn settle(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Motion, qdd: Motion) {
+    let v = dof_of(slot);
+    let h = step_ahead();
+    if is_single(kind) {
+        let e = elements_of(slot, v);
+        let now = Moment(begun.position, begun.rate, h);
+        let laws = laws_of(e, now);
+        let row = fetch(last_row(v));
+        let parts = parts_in(row);
+        put_works(v, works_of_step(e, laws, parts, now, rates.angular.x));
+        let tolerance = rate_tolerance(begun.rate, h * qdd.angular.x);
+        let next = parts_followed(laws, parts, rates.angular.x, tolerance);
+        // What has not settled in the last attempt is taken as it is.
+        if next != parts && layer.attempt < MOST_ATTEMPTS {
+            put(last_row(v), vec4<real>(row.xy, real(next), row.w));
+            control[LAST_ASKED] = layer.attempt;
+        }
+    } else if kind == SPHERICAL {
+        let ball = ball_of(slot);
+        let off = ball_off(ball, state4(position_of(slot)));
+        put_works(v, ball_works_of_step(ball, off, before.angular, rates.angular, h));
+    }
+}
+
+// After a step that took them as they were at its stages, to the position that is now worked on.
+fn settle_between(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Motion) {
+    let v = dof_of(slot);
+    let q = position_of(slot);
+    if is_single(kind) {
+        let end: Moment = Moment(real(state[work_q() + q]), rates.angular.x, 0.0);
+        let start: Moment = Moment(begun.position, begun.rate, 0.0);
+        put_works(v, works_between(elements_of(slot, v), start, end));
+    } else if kind == SPHERICAL {
+        let ball = ball_of(slot);
+        let offs = ball_off(ball, state4(q)) + ball_off(ball, state4(work_q() + q));
+        let h: real = real(forces[STEP_SIZE]);
+        put_works(v, ball_works_between(ball, offs, before.angular, rates.angular, h));
+    }
+}

@@ -1,0 +1,5 @@
+// For models without elements.
+
+fn begin_attempts() {}
+
+fn commit_works(spot: Spot) {}
