@@ -717,3 +717,41 @@ fn tolerances_beyond_the_loops_are_missed() {
         "{solved:?}"
     );
 }
+
+/// A flat patch pushed out of its plane: the first step takes out what is forbidden next to it, however short, and from
+/// then on energy is kept.
+#[test]
+fn flat_mail_is_left() {
+    let (model, mut state) = mechanism::chain_mail(3, 4).unwrap();
+    for (ring, qd) in state.qd.chunks_mut(6).enumerate() {
+        qd[4] = 0.1 * (1.0 + ring as f64).sin();
+    }
+    for h in [1e-3, 1e-4] {
+        let mut simulation = simulation(&model, &state, Integrator::RungeKutta4);
+        simulation.close_loops().unwrap();
+        let energy = |simulation: &mut Simulation| {
+            let now = simulation.mechanics().unwrap();
+            (
+                now.kinetic_energy + now.potential_energy,
+                now.kinetic_energy,
+            )
+        };
+        let (start, kinetic) = energy(&mut simulation);
+        simulation.step(h).unwrap();
+        let (first, _) = energy(&mut simulation);
+        assert!(
+            (first - start).abs() <= 0.05 * kinetic,
+            "{h}: {}",
+            (first - start) / kinetic
+        );
+        simulation.steps(h, 50).unwrap();
+        let (later, _) = energy(&mut simulation);
+        assert!(
+            (later - first).abs() <= 1e-4 * kinetic,
+            "{h}: {}",
+            (later - first) / kinetic
+        );
+        let found = simulation.loop_violation().unwrap();
+        assert!(found.position <= 1e-9, "{h}: {found:?}");
+    }
+}

@@ -5,6 +5,9 @@ use crate::integrate::{displace, to_displacement_axes};
 use crate::tolerance::Method;
 use vertebra_assembly::{Model, State};
 
+/// The same for loops that hardly close, because the position is next to a singular one.
+const LEAST_PROXIMAL: f64 = 1e-12;
+
 /// The same for loops that are wide open.
 const LARGEST_PROXIMAL: f64 = 1e-2;
 
@@ -49,7 +52,7 @@ impl Loops {
                 // Far from closed, Newton's steps are shortened in the directions that give little, by the square of
                 // what is left (Yamashita and Fukushima, Computing Suppl. 15, 2001): that keeps them quadratic.
                 let square = violation * violation;
-                self.proximal = square.clamp(PROXIMAL, LARGEST_PROXIMAL);
+                self.proximal = square.clamp(LEAST_PROXIMAL, LARGEST_PROXIMAL);
                 return Some(found);
             }
             last = violation;
