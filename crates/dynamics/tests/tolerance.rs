@@ -246,7 +246,7 @@ fn a_monitor_ends_a_run() {
     else {
         panic!("{error:?}");
     };
-    let told = told.lock().unwrap();
+    let told = told.lock().unwrap().clone();
     let steps: Vec<u64> = told.iter().map(|check| check.step).collect();
     assert_eq!(steps, [0, 4, 8]);
     assert_eq!((told[2].time, told[2].found.change), (time, found));
