@@ -42,11 +42,10 @@ use vertebra_spatial::{DoubleDouble, Real};
 /// How bodies are gathered on a processor unless one asks otherwise (`docs/accuracy.md`): the longer the
 /// chunks, the less work a body, and the fewer joins and side branches are in less precision. But a
 /// chunk is a recursion, which in f32 loses the digits by which its masses differ.
-fn suited(options: &DcaOptions) -> ScheduleOptions {
-    ScheduleOptions::with_window(match (options.chunks, options.tree) {
-        (Precision::F32, _) => 8,
-        (_, Precision::F32) => 64,
-        _ => 32,
+fn suited(chunks: Precision) -> ScheduleOptions {
+    ScheduleOptions::with_window(match chunks {
+        Precision::F32 => 8,
+        Precision::F64 | Precision::Reference => 32,
     })
 }
 
@@ -57,8 +56,8 @@ pub struct DcaOptions {
     pub chunks: Precision,
     /// Precision of the joins, at most that of the chunks.
     pub tree: Precision,
-    /// How bodies are gathered into chunks; none for what suits the precisions: 8 bodies each in f32, 64 if only
-    /// the joins are, else 32.
+    /// How bodies are gathered into chunks; none for what suits the precision of the chunks: 8 bodies
+    /// each in f32, else 32.
     pub schedule: Option<ScheduleOptions>,
     /// Whether the threads of the current rayon pool are used, for 2048 bodies and more. The result
     /// is the same, bit for bit.
@@ -131,7 +130,7 @@ impl DcaWorkspace {
         let weights = plan::weights(model, options.tree.epsilon());
         let bodies = model.bodies();
         let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
-        let gathering = options.schedule.unwrap_or_else(|| suited(options));
+        let gathering = options.schedule.unwrap_or_else(|| suited(options.chunks));
         let cuts = plan::cut_weights(model, &weights, options.tree.epsilon());
         let schedule = Schedule::of_tree(&parents, &cuts, &gathering)?;
         let trees = match (options.chunks, options.tree) {
