@@ -288,14 +288,6 @@ impl Simulation {
     ///
     /// # Errors
     /// On a GPU, from which it is read back, `Error::Gpu`.
-    #[cfg_attr(
-        not(feature = "gpu"),
-        expect(
-            clippy::unnecessary_wraps,
-            clippy::needless_pass_by_ref_mut,
-            reason = "of a GPU it can fail"
-        )
-    )]
     pub fn work(&mut self) -> Result<Work, Error> {
         #[cfg(feature = "gpu")]
         if let Runs::Gpu(remote) = &mut self.runs {
