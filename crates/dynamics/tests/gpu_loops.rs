@@ -353,7 +353,25 @@ fn steps_are_those_of_the_cpu() {
     }
 }
 
-/// What cannot be closed is an error that names the loop, and the state is kept.
+/// The error of the first of some steps, after which the state is as it was.
+fn refusal(device: &Device, model: Model, state: &State) -> Error {
+    let mut simulation = Simulation::on_gpu(device, model, &Options::default()).unwrap();
+    simulation.set_state(state.clone()).unwrap();
+    let error = simulation.steps(1e-3, 40).unwrap_err();
+    assert_eq!(simulation.state().unwrap(), state);
+    assert!(matches!(
+        simulation.close_loops(),
+        Err(Error::LoopNotClosed { .. })
+    ));
+    match error {
+        Error::Step {
+            step: 0, source, ..
+        } => *source,
+        other => other,
+    }
+}
+
+/// What cannot be closed is an error that names the loop.
 #[test]
 fn what_cannot_be_closed_is_refused_by_name() {
     let Some(device) = device() else { return };
@@ -361,23 +379,36 @@ fn what_cannot_be_closed_is_refused_by_name() {
     // The coupler is too short to reach.
     let mut description = model.describe();
     description.loops[0].placements[0] = Pose::from_translation(DVec3::NEG_Z * 5.0);
-    let model = description.build().unwrap();
-    let mut simulation = Simulation::on_gpu(&device, model, &Options::default()).unwrap();
-    simulation.set_state(state.clone()).unwrap();
-    let error = simulation.steps(1e-3, 40).unwrap_err();
-    let Error::Step { step, source, .. } = &error else {
-        unreachable!("{error}")
-    };
-    assert_eq!(*step, 0);
+    let error = refusal(&device, description.build().unwrap(), &state);
     assert!(
-        matches!(&**source, Error::LoopNotClosed { name, violation, .. } if name == "pin" && *violation > 0.1),
+        matches!(&error, Error::LoopOpen { name, violation, .. } if name == "pin" && *violation > 0.1),
         "{error}"
     );
-    assert_eq!(simulation.state().unwrap(), &state);
-    assert!(matches!(
-        simulation.close_loops(),
-        Err(Error::LoopNotClosed { .. })
-    ));
+    // A wire that is five thousandths too short.
+    let tip = Pose::from_translation(DVec3::X);
+    let hook = Pose::from_translation(DVec3::X * 2.005);
+    let model = ModelDescription::new("pendulum")
+        .body(
+            "rod",
+            None,
+            Joint::revolute(DVec3::Y),
+            MassProperties::rod(1.0, 1.0, 0.1),
+        )
+        .close(
+            "wire",
+            [Some("rod"), None],
+            [tip, hook],
+            Closure::Distance { length: 1.0 },
+        )
+        .build()
+        .unwrap();
+    let mut state = State::neutral(&model);
+    state.q[0] = 0.05;
+    let error = refusal(&device, model, &state);
+    assert!(
+        matches!(&error, Error::LoopNotClosed { name, violation, .. } if name == "wire" && *violation > 1e-3),
+        "{error}"
+    );
 }
 
 /// More equations than a workgroup keeps.

@@ -55,6 +55,12 @@ pub enum Closing {
     Positions = 1,
 }
 
+/// Bit of [`Layer::sweep`] of [`Dca::close_loops`]: half of the loops' forces that go with the rates act, as closing the
+/// loops makes up for the rest.
+pub const HALF_TURNING: u32 = 1;
+/// Likewise: a step starts, which it does not from loops that are wide open.
+pub const STARTS: u32 = 2;
+
 /// Lanes of a workgroup.
 const LANES: u32 = 64;
 

@@ -12,8 +12,14 @@ const RATES = 2u;
 const ITERATIONS = 20u;
 const PROJECTIONS = 12u;
 // How often factors are made anew, and rounds of all kinds.
-const ATTEMPTS = 30u;
+const RENEWALS = 30u;
 const ROUNDS = 512u;
+
+// Bits of `layer.sweep`: half of the forces that go with the rates act; a step starts, which it does not from loops
+// that are further open than LARGEST_START.
+const HALF_TURNING = 1u;
+const STARTS = 2u;
+const LARGEST_START: real = 1e-2;
 
 const LARGEST_PROXIMAL: real = 1e-2;
 const LARGEST_MOVE: real = 0.5;
@@ -57,6 +63,17 @@ fn left_of_positions(g: Group, lane: u32) -> real {
     return most;
 }
 
+// The product of a row of J with numbers of `state`, one for each freedom.
+fn along_row(g: Group, r: u32, start: u32) -> real {
+    let row = row_at(g, r);
+    let c = constraint_at(row.constraint);
+    var sum: real = 0.0;
+    for (var i = 0u; i < c.entries; i++) {
+        sum += number(row.jacobian + i) * real(state[start + dof_number(g, c, i)]);
+    }
+    return sum;
+}
+
 // What a lane's rows ask for, scaled, to be solved; gives the largest.
 fn ask(g: Group, lane: u32, mode: u32) -> real {
     var most: real = 0.0;
@@ -65,13 +82,13 @@ fn ask(g: Group, lane: u32, mode: u32) -> real {
         let r = pass_ * LANES + lane;
         if r < g.rows {
             let at = row_memory(g, r);
-            var left: real = number(at + select(VALUE, SECOND_RATE, mode == ACCELERATIONS));
+            var left: real = number(at + VALUE);
             if mode == RATES {
-                let row = row_at(g, r);
-                let c = constraint_at(row.constraint);
-                left = 0.0;
-                for (var i = 0u; i < c.entries; i++) {
-                    left += number(row.jacobian + i) * rate(dof_number(g, c, i));
+                left = along_row(g, r, work_qd());
+            } else if mode == ACCELERATIONS {
+                left = number(at + SECOND_RATE);
+                if (layer.sweep & HALF_TURNING) != 0u {
+                    left = 0.5 * (left + along_row(g, r, accelerations_at()));
                 }
             }
             left *= -number(at + SCALE);
@@ -114,6 +131,9 @@ fn freedoms_have(g: Group, lane: u32, start: u32, is_solved: bool) -> real {
     return most;
 }
 
+// What rounding may leave of positions.
+fn rounding_of(g: Group) -> real { return 8.0 * EPSILON * real(f32(4u + g.most)); }
+
 fn apply(g: Group, lane: u32, mode: u32, part: real) {
     let passes = passes_for(g.bodies);
     for (var pass_ = 0u; pass_ < passes; pass_++) {
@@ -153,22 +173,30 @@ fn main(
     var iteration = 0u;
     var attempt = 0u;
     var proximal = PROXIMAL;
-    var rounding: real = 8.0 * EPSILON * real(f32(4u + g.most));
+    var rounding = rounding_of(g);
     var is_done = false;
+    var is_stale = false;
     for (var round_ = 0u; round_ < ROUNDS; round_++) {
         place_members(g, lane);
         evaluate_rows(g, lane);
-        var renews = mode == ACCELERATIONS && round_ == 0u;
+        var renews = is_stale || (mode == ACCELERATIONS && round_ == 0u);
+        is_stale = false;
+        if renews && (layer.sweep & STARTS) != 0u {
+            if largest_of(lane, left_of_positions(g, lane)) > LARGEST_START {
+                break;
+            }
+        }
         if mode == POSITIONS {
             let violation = largest_of(lane, left_of_positions(g, lane));
             let gained: bool = violation < 0.5 * last;
-            if violation <= rounding || (!gained && violation <= ACCEPTED) {
+            let accepted = select(ACCEPTED, ACCEPTED_STALE, attempt == 0u);
+            if violation <= rounding || (!gained && violation <= accepted) {
                 mode = RATES;
                 last = INFINITE;
                 iteration = 0u;
             } else if !gained || iteration == PROJECTIONS {
                 attempt += 1u;
-                if attempt == ATTEMPTS || violation >= INFINITE {
+                if attempt == RENEWALS || violation >= INFINITE {
                     break;
                 }
                 // Far from closed, steps are shortened in the directions that give little.
@@ -188,8 +216,20 @@ fn main(
             rounding = EPSILON * left;
         }
         if mode == RATES {
-            let speed = largest_of(lane, freedoms_have(g, lane, work_qd(), false));
-            rounding = 4.0 * EPSILON * speed * largest_of(lane, scales_of(g, lane));
+            let speed: real = largest_of(lane, freedoms_have(g, lane, work_qd(), false))
+                * largest_of(lane, scales_of(g, lane));
+            rounding = 4.0 * EPSILON * speed;
+            // Where the step's factors leave too much, it is begun again with new ones.
+            is_stale = attempt == 0u && left > ACCEPTED * speed
+                && (left >= 0.5 * last || iteration == PROJECTIONS);
+        }
+        if is_stale {
+            mode = POSITIONS;
+            attempt = 1u;
+            rounding = rounding_of(g);
+            last = INFINITE;
+            iteration = 0u;
+            continue;
         }
         if mode != POSITIONS {
             let most = select(PROJECTIONS, ITERATIONS, mode == ACCELERATIONS);

@@ -101,7 +101,7 @@ fn refusal(device: &Device) -> anyhow::Result<Figure> {
     let mut simulation = Simulation::on_gpu(device, description.build()?, &Options::default())?;
     simulation.set_state(start.clone())?;
     let refused = simulation.step(STEP);
-    let is_named = matches!(&refused, Err(Error::LoopNotClosed { name, .. }) if name == "pin");
+    let is_named = matches!(&refused, Err(Error::LoopOpen { name, .. }) if name == "pin");
     let is_kept = simulation.state()? == &start;
     Ok(holds(format!("refused: {refused:?}"), is_named && is_kept))
 }

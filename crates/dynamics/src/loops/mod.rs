@@ -60,7 +60,7 @@ const ITERATIONS: usize = 20;
 
 /// Violation over the loop's size from which a step does not start: closing the loop would move bodies by more of
 /// their length than steps do that mean anything.
-const OPEN: f64 = 1e-2;
+pub(crate) const OPEN: f64 = 1e-2;
 
 /// How far a loop or coupling of a model is from closed.
 #[derive(Clone, Debug, PartialEq)]

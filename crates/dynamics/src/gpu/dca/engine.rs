@@ -9,7 +9,7 @@ use vertebra_gpu::{
     AnySlot, Buffer, Device, Error, Kernel, Output, Pending, Program, Recording, Shared, Slot,
     Timing, workgroups,
 };
-use vertebra_shaders::dca::loops::Closing;
+use vertebra_shaders::dca::loops::{Closing, HALF_TURNING, STARTS};
 use vertebra_shaders::dca::{Advance, Commit, Dca, Layer, Sizes, Way};
 
 /// Entries of `control`.
@@ -340,14 +340,14 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                     for attempt in attempts.min(1)..=attempts {
                         self.solve(Advance::Euler, 0, attempt);
                     }
-                    self.close(Closing::Positions);
+                    self.close(Closing::Positions, 0);
                     self.turn_parts(Commit::Step);
                 }
                 Explicit::RungeKutta4 => {
                     for stage in 0..4 {
                         self.solve(Advance::RungeKutta, stage, 0);
                         let commit = if stage == 3 {
-                            self.close(Closing::Positions);
+                            self.close(Closing::Positions, 0);
                             Commit::Step
                         } else {
                             Commit::Keep
@@ -386,7 +386,13 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             return self.solve_tree(advance, stage, attempt);
         }
         self.solve_tree(Advance::None, stage, attempt);
-        self.close(Closing::Accelerations);
+        let how = match (advance, stage) {
+            (Advance::None, _) => 0,
+            (Advance::Euler, _) => HALF_TURNING | STARTS,
+            (Advance::RungeKutta, 0) => STARTS,
+            (Advance::RungeKutta, _) => 0,
+        };
+        self.close(Closing::Accelerations, how);
         if advance != Advance::None {
             let layer = Layer {
                 count: self.tables.sizes.slots,
@@ -397,8 +403,8 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         }
     }
 
-    /// Loops put right, if there are any.
-    fn close(&mut self, what: Closing) {
+    /// Loops put right, if there are any; `how` has bits of the kernel's.
+    fn close(&mut self, what: Closing, how: u32) {
         let Some(loops) = self.tables.loops else {
             return;
         };
@@ -411,6 +417,7 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                 count,
                 starts: loops.starts + first,
                 ways: what as u32,
+                sweep: how,
                 ..Layer::default()
             };
             let uniform = self.recording.buffer_from("layer", &[layer]);

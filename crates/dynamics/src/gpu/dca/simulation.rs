@@ -11,7 +11,7 @@ use super::transfer::Transfer;
 use crate::dca::plan::{self, Plan};
 use crate::gpu::Explicit;
 use crate::link::Scales;
-use crate::loops::Loops;
+use crate::loops::{self, Loops};
 use crate::{Elements, Error, Forces, Integrator, Precision};
 use std::collections::VecDeque;
 use vertebra_assembly::schedule::Schedule;
@@ -525,21 +525,36 @@ impl Simulation {
         Ok(())
     }
 
-    /// The loop that is furthest from closed in the state that was worked on.
+    /// The loop that is furthest from closed: in the state, if it is too far for a step, else in the one worked on.
     fn open_loop(&mut self) -> Result<Error, Error> {
         let tables = &self.tables;
         let numbers =
             in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
         let work = tables.positions.len() + tables.dofs.len();
-        let state = self.transfer().state_of(&numbers[work..], self.time);
-        let found =
-            Loops::of_model(&self.model).map(|mut loops| loops.violation(&self.model, &state));
-        let (name, violation) =
-            found.map_or_else(Default::default, |found| (found.name, found.position));
+        let mut loops = Loops::of_model(&self.model);
+        let mut violation = |numbers: &[f64]| {
+            let state = self.transfer().state_of(numbers, self.time);
+            let found = loops
+                .as_mut()
+                .map(|loops| loops.violation(&self.model, &state));
+            found.map_or_else(Default::default, |found| (found.name, found.position))
+        };
+        let (time, limit) = (self.time, loops::OPEN);
+        let (name, open) = violation(&numbers);
+        if open > limit {
+            let violation = open;
+            return Ok(Error::LoopOpen {
+                name,
+                violation,
+                limit,
+                time,
+            });
+        }
+        let (name, violation) = violation(&numbers[work..]);
         Ok(Error::LoopNotClosed {
             name,
             violation,
-            time: self.time,
+            time,
         })
     }
 
