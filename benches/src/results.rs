@@ -309,7 +309,7 @@ mod tests {
         ));
         assert!(matches!(
             read_results(&dir.path().join("none")),
-            Err(ResultsError::Io { .. })
+            Err(ResultsError::Unreadable { .. })
         ));
     }
 

@@ -49,15 +49,16 @@ impl Outcome {
 /// the first error there was.
 pub fn bench(arguments: &BenchArgs) -> anyhow::Result<Outcome> {
     arguments.check()?;
+    let has_meshes = arguments.wants(meshes::NAME) || arguments.mesh_a.is_some();
+    anyhow::ensure!(
+        arguments.hits.is_none() || has_meshes,
+        "--hits: no meshes are measured; add the scenario `collision`, or --mesh-a and --mesh-b"
+    );
     let old = match &arguments.compare {
         Some(path) => Some(read_results(path)?),
         None => None,
     };
     let subjects = Subjects::of(arguments)?;
-    anyhow::ensure!(
-        arguments.hits.is_none() || !subjects.meshes.is_empty(),
-        "--hits: no meshes are measured; add the scenario `collision`, or --mesh-a and --mesh-b"
-    );
     let outputs = [
         Some(arguments.folder().join(RESULTS_JSON)),
         arguments.hits.clone(),

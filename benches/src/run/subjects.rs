@@ -87,9 +87,11 @@ impl Subjects {
                 None
             },
             on_cpu: arguments.wants_backend("cpu"),
-            // Nothing but rows of models and meshes of one's own asks for it: drivers talk when they are opened.
+            // Nothing but rows of models, mechanisms and meshes of one's own asks for it: drivers talk when they are opened.
             device: if arguments.wants_backend("gpu")
                 && (arguments.wants(chain::NAME)
+                    || arguments.wants(joints::NAME)
+                    || arguments.wants(loops::NAME)
                     || arguments.model.is_some()
                     || arguments.hits.is_some())
             {

@@ -93,6 +93,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_joint_inertia", elements::inertia),
     check("dynamics_elements", elements::steps),
     check("dynamics_smooth_elements", elements::smooth_steps),
+    check("batch_elements", elements::batches),
     check("forward_errors", forward_errors::forward_errors),
     check("dca_steps", dynamics::steps),
     check("dca_same_bits", dynamics::same_bits),

@@ -341,7 +341,7 @@ pub(crate) fn resolve(
     let loops = loops.into_iter().map(|written| Loop {
         bodies: written.bodies.map(|body| body.and_then(|name| find(&name))),
         placements: written.placements.map(|placement| Pose {
-            rotation: placement.rotation.normalize(),
+            rotation: validate::unit_rotation(placement.rotation),
             ..placement
         }),
         closure: written.closure.normalized(),
@@ -393,8 +393,8 @@ pub(crate) fn carried_over(
 }
 
 impl Model {
-    /// The loops that further joints close. [`Simulation`] on the CPU keeps them; algorithms that compute one
-    /// state's dynamics see the tree alone.
+    /// The loops that further joints close. [`Simulation`] on the CPU keeps them; algorithms that would give
+    /// accelerations of the tree alone refuse them unless told to.
     ///
     /// [`Simulation`]: https://docs.rs/vertebra-dynamics
     #[must_use]

@@ -100,10 +100,10 @@ impl<'a> Edit<'a> {
         Ok(())
     }
 
-    /// Fixes a body to its parent as it is now. The joint's rate is lost and all others stay, so that momentum is
-    /// not kept where the joint was moving. To weld what moves by an impact, which changes all rates and keeps
-    /// momentum, let a simulation stop the joint first: by a step in which its range ends where it is
-    /// ([`Joint::with_range`], [`Stop::HARD`](crate::Stop::HARD)).
+    /// Fixes a body to its parent as it is now. The joint's rate is lost and all other rates stay, so that momentum
+    /// is not kept where the joint was moving. To weld what moves as an impact would, which changes all rates and
+    /// keeps momentum, stop the joint first: a very short step with a motor that wants no motion
+    /// (`Motor::velocity(0.0, gain)`, the gain as large as it may be) takes its rate out by an impulse.
     ///
     /// # Errors
     /// [`ModelError::NoSuchBody`].

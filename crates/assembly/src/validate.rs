@@ -5,7 +5,7 @@ use crate::description::MODEL_VERSION;
 use crate::{
     Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest, Spring, Stop,
 };
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 use vertebra_spatial::Pose;
@@ -411,9 +411,15 @@ pub(crate) fn normalized(mut joint: Joint) -> Joint {
         *axis = unit_axis(*axis);
     }
     for placement in [&mut joint.parent_placement, &mut joint.child_placement] {
-        if (placement.rotation.length_squared() - 1.0).abs() > 4.0 * f64::EPSILON {
-            placement.rotation = placement.rotation.normalize();
-        }
+        placement.rotation = unit_rotation(placement.rotation);
     }
     joint
+}
+
+/// A quaternion near unit length, of unit length; one that is so to rounding already stays as it is written.
+pub(crate) fn unit_rotation(rotation: DQuat) -> DQuat {
+    match (rotation.length_squared() - 1.0).abs() <= 4.0 * f64::EPSILON {
+        true => rotation,
+        false => rotation.normalize(),
+    }
 }

@@ -68,10 +68,10 @@ impl Choice {
         let host = Self::on_host(bodies, &SolverOptions::default());
         let gpu_s = cost::gpu_refined_step(bodies, chunks, tree, options.sweeps);
         let is_real = device.info().device_type != vertebra_gpu::wgpu::DeviceType::Cpu;
-        // What loops cost there is not known yet.
-        let is_computed = crate::gpu::check_model(model).is_ok() && !crate::loops::has_loops(model);
+        // What loops and elements cost there is not known yet.
+        let is_known = !crate::loops::has_loops(model) && model.first_element().is_none();
         Ok(Self {
-            on_gpu: is_real && is_computed && gpu_s < host.aba_s.min(host.dca_s),
+            on_gpu: is_real && is_known && gpu_s < host.aba_s.min(host.dca_s),
             gpu_s: Some(gpu_s),
             ..host
         })

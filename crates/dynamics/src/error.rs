@@ -337,7 +337,7 @@ pub enum Error {
     /// A joint that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(
-        "the joint of body `{body}` is a screw, which a GPU does not compute in models with closed loops nor in batches: simulate the model on the CPU"
+        "the joint of body `{body}` is a screw, which a GPU does not compute in models with closed loops nor in batches by the articulated-body algorithm: ask for divide and conquer, simulate the model on the CPU"
     )]
     JointUnavailable {
         /// The body whose joint it is.
@@ -346,7 +346,7 @@ pub enum Error {
     /// An element in a joint that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(
-        "the joint of body `{body}` has a range, damping, friction, a rotor, a motor or a spring, which a GPU does not compute in models with closed loops nor in batches: simulate the model on the CPU, or without all of these (`Model::bare`)"
+        "the joint of body `{body}` has a range, damping, friction, a rotor, a motor or a spring, which a GPU does not compute in models with closed loops nor in batches by the articulated-body algorithm: ask for divide and conquer, simulate the model on the CPU, or without all of these (`Model::bare`)"
     )]
     ElementUnavailable {
         /// The body whose joint it is.

@@ -34,6 +34,10 @@ impl Integrator {
 /// Iterations of an implicit step at most: those that converge gain a digit in two at the least.
 const ITERATIONS: u32 = 50;
 
+/// A change of accelerations at which iterations of a model with loops may stall, as a multiple of the epsilon of the
+/// solver.
+const LOOPS: f64 = 1e6;
+
 /// Memory of the integrators for one model.
 #[derive(Clone, Debug)]
 pub(crate) struct Stages {
@@ -213,7 +217,11 @@ impl Step<'_> {
             acceleration_sum: found,
             ..
         } = stages;
-        let rounding = 16.0 * solver.choice().tree.epsilon();
+        let epsilon = solver.choice().tree.epsilon();
+        let rounding = 16.0 * epsilon;
+        // Loops are solved to the rounding of their matrix.
+        let stalled = if solver.has_loops() { LOOPS } else { 0.0 } * epsilon;
+        let mut last = f64::INFINITY;
         found.copy_from_slice(Self::accelerations(given, elements, solver, start, 0.0)?);
         stage.time = start.time + 0.5 * h;
         let mut first = f64::INFINITY;
@@ -233,7 +241,10 @@ impl Step<'_> {
                 largest = largest.max(qd.abs()).max((h * qdd).abs());
                 *found = qdd;
             }
-            if change <= rounding * largest {
+            let done = change <= rounding * largest
+                || (change <= stalled * largest && change > 0.5 * last);
+            last = change;
+            if done {
                 for dof in 0..found.len() {
                     next.qd[dof] = start.qd[dof] + h * found[dof];
                     displacement[dof] *= 2.0;

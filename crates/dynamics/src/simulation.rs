@@ -434,7 +434,13 @@ impl Simulation {
             gpu_s: self.choice.gpu_s,
             ..*solver.choice()
         };
-        self.runs = Runs::Host(Box::new(Host::new(&self.model, solver)));
+        let mut host = Host::new(&self.model, solver);
+        if let Runs::Gpu(remote) = &self.runs
+            && let Some(elements) = remote.simulation.elements()
+        {
+            host.elements = Some(Box::new(elements.clone()));
+        }
+        self.runs = Runs::Host(Box::new(host));
         Ok(())
     }
 

@@ -4,9 +4,10 @@
 
 use glam::DVec3;
 use vertebra_assembly::{
-    BodyId, Edited, Joint, MassProperties, Model, ModelError, Random, State, generate,
+    BodyId, Edited, Joint, MassProperties, Model, ModelDescription, ModelError, Random, State,
+    generate,
 };
-use vertebra_dynamics::{Precision, Simulation, Workspace, forward_kinematics};
+use vertebra_dynamics::{Mechanics, Motor, Precision, Simulation, Workspace, forward_kinematics};
 use vertebra_spatial::Pose;
 
 /// Pose and velocity of every body.
@@ -183,4 +184,160 @@ fn a_chain_turned_round_is_the_same_chain() {
     assert!(moved <= 1e-13 && faster <= 1e-12, "{moved:e} {faster:e}");
     assert!(turned.bodies[0].unwrap() > turned.bodies[5].unwrap());
     halves.bodies.clear();
+}
+
+/// Three bodies adrift on two hinges, turning against each other.
+fn adrift() -> (Model, State) {
+    let at = Pose::from_translation(DVec3::new(0.3, 0.1, 0.0));
+    let model = ModelDescription::new("adrift")
+        .gravity(DVec3::ZERO)
+        .body(
+            "a",
+            None,
+            Joint::free(),
+            MassProperties::cuboid(2.0, DVec3::new(0.4, 0.2, 0.1)),
+        )
+        .body(
+            "b",
+            Some("a"),
+            Joint::revolute(DVec3::Y).at(at),
+            MassProperties::rod(1.0, 0.5, 0.05),
+        )
+        .body(
+            "c",
+            Some("b"),
+            Joint::revolute(DVec3::X).at(at),
+            MassProperties::rod(0.7, 0.4, 0.05),
+        )
+        .build()
+        .unwrap();
+    let state = State::random(&model, 3);
+    (model, state)
+}
+
+fn sums(model: &Model, state: &State) -> Mechanics {
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    simulation.set_state(state.clone()).unwrap();
+    simulation.mechanics().unwrap()
+}
+
+fn welded(model: &Model, state: &State) -> (Model, State) {
+    let mut edit = model.edit(state).unwrap();
+    edit.weld(model.find("c").unwrap()).unwrap();
+    let edited = edit.finish().unwrap();
+    (edited.model, edited.state)
+}
+
+/// A stiff motor that wants no motion takes a joint's rate out by an impact within one short step, and what is
+/// welded then loses nothing; without it the rate is gone, and with it momentum.
+#[test]
+fn a_joint_that_is_stopped_first_is_welded_without_loss_of_momentum() {
+    let (model, state) = adrift();
+    let before = sums(&model, &state);
+    let size = before.angular_momentum.length();
+    let (plain, after) = welded(&model, &state);
+    assert!(
+        (sums(&plain, &after).angular_momentum - before.angular_momentum).length() > 1e-3 * size
+    );
+
+    // The step is so short that what it does not keep to rounding, the motion, is nothing.
+    let (h, gain) = (1e-9, 1e15);
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    simulation.set_state(state.clone()).unwrap();
+    let joint = model.find("c").unwrap();
+    simulation
+        .set_motor(joint, Motor::velocity(0.0, gain))
+        .unwrap();
+    simulation.step(h).unwrap();
+    let stopped = simulation.state().unwrap().clone();
+    let rate = |state: &State| state.qd[model.body(joint).unwrap().dof_start].abs();
+    assert!(rate(&stopped) <= 1e-5 * rate(&state));
+    let (model, state) = welded(&model, &stopped);
+    let found = sums(&model, &state);
+    assert!((found.angular_momentum - before.angular_momentum).length() <= 1e-5 * size);
+    let speed = before.linear_momentum.length();
+    assert!((found.linear_momentum - before.linear_momentum).length() <= 1e-5 * speed);
+    // An impact loses energy.
+    assert!(found.kinetic_energy < before.kinetic_energy);
+}
+
+/// Edits keep count of what they change: the model is the one that its description makes, whatever was done.
+#[test]
+fn an_edited_model_is_the_one_its_description_makes() {
+    let mut random = Random::new(9);
+    for seed in 0..40 {
+        let options = generate::RandomTree::mixed(30);
+        let mut model = generate::random_tree(&options, seed).unwrap();
+        let mut state = State::random(&model, seed);
+        for round in 0..4 {
+            let mut edit = model.edit(&state).unwrap();
+            let pick = |random: &mut Random| {
+                BodyId(u32::try_from(random.below(model.bodies().len())).unwrap())
+            };
+            // What cannot be done leaves the edit as it was.
+            let _ = edit.weld(pick(&mut random));
+            let _ = edit.cut(pick(&mut random));
+            let heavy =
+                MassProperties::sphere(1e3 * random.unit() + 1e-3, 10.0 * random.unit() + 0.1);
+            edit.add(format!("new {round}"), None, Joint::free(), heavy)
+                .unwrap();
+            let gone = pick(&mut random);
+            let _ = if gone.0 > 0 {
+                edit.remove(gone)
+            } else {
+                Ok(())
+            };
+            let Ok(edited) = edit.finish() else { continue };
+            (model, state) = (edited.model, edited.state);
+            let built = model.describe().build().unwrap();
+            assert_eq!(model.units(), built.units());
+            assert_eq!(
+                (model.depth(), model.dof_count()),
+                (built.depth(), built.dof_count())
+            );
+            assert_eq!(model.describe(), built.describe());
+            assert_eq!(state.check(&built), Ok(()));
+        }
+    }
+}
+
+/// A body whose mass hangs from it cannot do without.
+#[test]
+fn what_an_edit_leaves_without_mass_is_refused() {
+    let model = ModelDescription::new("hollow")
+        .body(
+            "shell",
+            None,
+            Joint::revolute(DVec3::X),
+            MassProperties::MASSLESS,
+        )
+        .body(
+            "core",
+            Some("shell"),
+            Joint::revolute(DVec3::Y),
+            MassProperties::sphere(1.0, 0.1),
+        )
+        .body(
+            "tail",
+            Some("core"),
+            Joint::revolute(DVec3::X),
+            MassProperties::sphere(1.0, 0.1),
+        )
+        .build()
+        .unwrap();
+    let state = State::neutral(&model);
+    let mut edit = model.edit(&state).unwrap();
+    edit.add(
+        "spike",
+        model.find("tail"),
+        Joint::revolute(DVec3::Z),
+        MassProperties::MASSLESS,
+    )
+    .unwrap();
+    let refused = edit.finish().map(|edited| edited.model.depth());
+    assert!(matches!(refused, Err(ModelError::MasslessBody { body }) if body == "spike"));
+    // Taken away, the core takes with it the shell that carries nothing else; welded to it, it stays.
+    let mut edit = model.edit(&state).unwrap();
+    edit.weld(model.find("core").unwrap()).unwrap();
+    assert_eq!(edit.finish().unwrap().model.dof_count(), 2);
 }

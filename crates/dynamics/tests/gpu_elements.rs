@@ -9,10 +9,10 @@ use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{
     BodyId, Joint, MassProperties, Model, ModelDescription, Random, Spring, State, Stop,
 };
-use vertebra_dynamics::gpu::Options;
+use vertebra_dynamics::gpu::{Batch, BatchOptions, Options};
 use vertebra_dynamics::{
-    DcaOptions, DcaWorkspace, Error, Forces, Integrator, Motor, Precision, Simulation, Work,
-    Workspace, aba, dca, forward_error, gpu,
+    Algorithm, DcaOptions, DcaWorkspace, Error, Forces, Integrator, Motor, Precision, Simulation,
+    Work, Workspace, aba, dca, forward_error, gpu,
 };
 use vertebra_gpu::{Device, tests_are_left_out};
 use vertebra_spatial::Pose;
@@ -302,6 +302,65 @@ fn steps_of_runge_kutta() {
         matches!(refused, Err(Error::StepBack { .. })),
         "{refused:?}"
     );
+}
+
+/// Batches with elements go by divide and conquer, each item with motors of its own.
+#[test]
+fn batches() {
+    let Some(device) = device() else { return };
+    let model = chain(8, 3);
+    let items = 3;
+    let options = BatchOptions {
+        precision: Precision::F64,
+        ..BatchOptions::default()
+    };
+    let mut batch = Batch::new(&device, &model, items, &options).unwrap();
+    assert_eq!(batch.choice().algorithm, Algorithm::Dca);
+    let states: Vec<_> = (0..items as u64)
+        .map(|seed| State {
+            qd: State::random(&model, seed).qd,
+            ..State::neutral(&model)
+        })
+        .collect();
+    let forces: Vec<_> = (0..items as u64).map(|seed| held(&model, seed)).collect();
+    batch.set_states(&states).unwrap();
+    batch.set_forces(&forces).unwrap();
+    let body = model.find("body-7").unwrap();
+    for item in 1..items {
+        let motor = Motor::velocity(item as f64, 2.0).limited(0.3);
+        batch.set_motor(item, body, motor).unwrap();
+    }
+    batch.steps(1e-3, 10).unwrap();
+    for (item, found) in batch.states().unwrap().iter().enumerate() {
+        let mut alone = Simulation::new(model.clone()).unwrap();
+        alone.set_state(states[item].clone()).unwrap();
+        *alone.forces_mut() = forces[item].clone();
+        if item > 0 {
+            let motor = Motor::velocity(item as f64, 2.0).limited(0.3);
+            alone.set_motor(body, motor).unwrap();
+        }
+        alone.steps(1e-3, 10).unwrap();
+        let expected = alone.state().unwrap();
+        let scale = largest(&expected.qd);
+        for (a, b) in found.qd.iter().zip(&expected.qd) {
+            assert!((a - b).abs() <= 1e-7 * scale, "item {item}: {a} and {b}");
+        }
+    }
+    assert!(matches!(
+        batch.set_motor(items, body, Motor::OFF),
+        Err(Error::ItemCount { .. })
+    ));
+    let lanes = BatchOptions {
+        lanes: Some(2),
+        ..options
+    };
+    let refused = Batch::new(&device, &model, items, &lanes).err().unwrap();
+    assert!(
+        matches!(refused, Error::JointUnavailable { .. }),
+        "{refused}"
+    );
+    let mut bare = Batch::new(&device, &chain(8, 3).bare(), items, &options).unwrap();
+    bare.set_motor(0, body, Motor::torque(1.0)).unwrap();
 }
 
 /// A model without elements is given a motor on the way, and what is asked of one state is the CPU's answer.

@@ -2,8 +2,9 @@
 
 use vertebra_assembly::{Model, Random, State, generate};
 use vertebra_dynamics::{
-    Batch, DcaOptions, DcaWorkspace, Forces, Precision, Workspace, aba, aba_batch, crba,
-    crba_forward_dynamics, dca, forward_error, joint_wrenches, refine, residual,
+    Batch, DcaOptions, DcaWorkspace, Derivatives, Forces, Precision, Workspace, aba, aba_batch,
+    crba, crba_forward_dynamics, dca, forward_error, joint_wrenches, refine, residual,
+    rnea_derivatives,
 };
 
 /// Rotors over six decades in two freedoms of three.
@@ -118,4 +119,21 @@ fn the_equations_of_the_bodies_hold() {
             );
         }
     }
+}
+
+/// By accelerations, inverse dynamics has the derivative M + E.
+#[test]
+fn derivatives_have_it() {
+    let model = generate::random_mechanism(12, false, 3).unwrap();
+    let (state, forces) = (State::random(&model, 3), forces(&model, 3));
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let mut mass = crba(&model, &state, &mut workspace).unwrap().to_owned();
+    for (dof, own) in forces.joint_inertia.iter().enumerate() {
+        mass[(dof, dof)] += own;
+    }
+    let still = vec![0.0; model.dof_count()];
+    let mut found = Derivatives::new(&model);
+    rnea_derivatives(&model, &state, &still, &forces, &mut workspace, &mut found).unwrap();
+    let off = (&found.drive - &mass).norm_max();
+    assert!(off <= 1e-12 * mass.norm_max(), "{off:e}");
 }

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
 use core::slice::from_ref;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use vertebra_assembly::{
     Closure, Joint, JointKind, MassProperties, Mimic, Model, ModelDescription, State, generate,
     mechanism,
@@ -363,25 +363,26 @@ fn moving() -> Vec<(Model, State)> {
         simulation.steps(1e-3, 20).unwrap();
         state.clone_from(simulation.state().unwrap());
     }
-    let rod = generate::Rod::default();
-    let chain = generate::random_chain(150, &rod, 3).unwrap().describe();
-    let last = chain.bodies.last().unwrap().name.clone();
-    let open = chain.clone().build().unwrap();
-    let state = State::random(&open, 4);
-    let mut workspace = Workspace::new(&open, Precision::F64);
-    forward_kinematics(&open, &state, &mut workspace).unwrap();
+    all.push(held(
+        &generate::random_chain(150, &generate::Rod::default(), 3).unwrap(),
+    ));
+    all.push(held(&generate::random_mechanism(40, false, 6).unwrap()));
+    all
+}
+
+/// A model in a random state in which its last body is welded to where it is.
+fn held(open: &Model) -> (Model, State) {
+    let state = State::random(open, 4);
+    let mut workspace = Workspace::new(open, Precision::F64);
+    forward_kinematics(open, &state, &mut workspace).unwrap();
     let at = workspace.pose(open.last_body()).unwrap();
-    let held = chain
-        .close(
-            "hook",
-            [Some(&last), None],
-            [Pose::IDENTITY, at],
-            Closure::Weld,
-        )
+    let last = open.bodies().last().unwrap().name.clone();
+    let weld = ([Some(last.as_str()), None], [Pose::IDENTITY, at]);
+    let model = (open.describe())
+        .close("hook", weld.0, weld.1, Closure::Weld)
         .build()
         .unwrap();
-    all.push((held, state));
-    all
+    (model, state)
 }
 
 #[test]
@@ -541,4 +542,178 @@ fn steps_from_open_loops_are_refused() {
         simulation.set_state(rounded).unwrap();
         simulation.step(1e-3).unwrap();
     }
+}
+
+/// Where a loop's two frames are, found from the bodies' poses.
+fn frames(simulation: &mut Simulation, index: usize) -> [Pose; 2] {
+    let closed = simulation.model().loops()[index].clone();
+    [0, 1].map(|k| {
+        let body = match closed.bodies[k] {
+            Some(body) => simulation.pose(body).unwrap(),
+            None => Pose::IDENTITY,
+        };
+        body * closed.placements[k]
+    })
+}
+
+/// What the table of closures says, measured on poses.
+#[test]
+fn closures_keep_what_they_say() {
+    let (axis, second) = (DVec3::new(0.3, -1.0, 0.4), DVec3::new(1.0, 0.2, -0.3));
+    let closures = [
+        Closure::Weld,
+        Closure::Ball,
+        Closure::Revolute { axis },
+        Closure::Prismatic { axis },
+        Closure::Screw { axis, pitch: 0.2 },
+        Closure::Cylindrical { axis },
+        Closure::Universal {
+            first: axis,
+            second,
+        },
+        Closure::Planar { normal: axis },
+        Closure::Distance { length: 0.7 },
+    ];
+    for (closure, seed) in closures.into_iter().zip(5..) {
+        let rod = generate::Rod::default();
+        let open = generate::random_chain(8, &rod, seed).unwrap();
+        let state = State::random(&open, seed);
+        let mut workspace = Workspace::new(&open, Precision::F64);
+        forward_kinematics(&open, &state, &mut workspace).unwrap();
+        let near = workspace.pose(open.last_body()).unwrap();
+        let last = open.bodies()[7].name.clone();
+        let at = [
+            Pose::from_translation(DVec3::Z * 0.4),
+            Pose::new(
+                near.rotation * DQuat::from_scaled_axis(DVec3::new(0.1, 0.2, -0.1)),
+                near.translation + DVec3::new(0.1, -0.1, 0.05),
+            ),
+        ];
+        let model = (open.describe())
+            .close("loop", [Some(&last), None], at, closure)
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::new(model.clone()).unwrap();
+        simulation.set_state(state).unwrap();
+        simulation.close_loops().unwrap();
+        let [a, b] = frames(&mut simulation, 0);
+        let apart = b.translation - a.translation;
+        let turned = (a.rotation.inverse() * b.rotation).normalize();
+        let (axis, second) = (axis.normalize(), second.normalize());
+        let (z, w) = (a.rotation * axis, b.rotation * axis);
+        let together = apart.length();
+        let across = z.cross(apart).length();
+        let aligned = z.cross(w).length();
+        // Half turns about an axis across are another way to assemble.
+        let unturned = (0..3).map(|k| {
+            let unit = DVec3::AXES[k];
+            (turned * unit).cross(unit).length()
+        });
+        let unturned = unturned.fold(0.0_f64, f64::max);
+        let off = match closure {
+            Closure::Weld => together.max(unturned),
+            Closure::Ball => together,
+            Closure::Revolute { .. } => together.max(aligned),
+            Closure::Prismatic { .. } => across.max(unturned),
+            Closure::Cylindrical { .. } => across.max(aligned),
+            Closure::Universal { .. } => together.max(z.dot(b.rotation * second).abs()),
+            Closure::Planar { .. } => aligned.max(z.dot(apart).abs()),
+            Closure::Distance { length } => (together - length).abs(),
+            Closure::Screw { pitch, .. } => {
+                let angle = 2.0 * turned.xyz().dot(axis).atan2(turned.w);
+                let turns = (z.dot(apart) - pitch * angle) / (core::f64::consts::TAU * pitch);
+                across.max(aligned).max((turns - turns.round()).abs())
+            }
+        };
+        assert!(off <= 1e-11, "{closure:?}: {off:e}");
+    }
+}
+
+/// A violation is the gap over the longest link, whatever unit the model works in.
+#[test]
+fn violations_are_over_the_longest_link() {
+    let of_ground = [1.7, 0.5, 1.5, 1.2];
+    let of_coupler = [1.0, 0.5, 1.6, 1.4];
+    for (lengths, scale, longest) in [
+        (of_ground, 1.0, 1.7),
+        (of_ground, 1e-6, 1.7e-6),
+        (of_coupler, 1e5, 1.6e5),
+    ] {
+        let [ground, crank, coupler, rocker] = lengths.map(|length| length * scale);
+        let (model, mut state) = mechanism::four_bar(ground, crank, coupler, rocker, 0.4).unwrap();
+        state.q[1] += 0.01;
+        state.qd[1] = 0.3;
+        let mut simulation = simulation(&model, &state, Integrator::SemiImplicitEuler);
+        let open = simulation.loop_violation().unwrap();
+        let mut later = state.clone();
+        later.q[1] += 0.3 * 1e-6;
+        simulation.set_state(later).unwrap();
+        let opening = simulation.loop_violation().unwrap().position - open.position;
+        assert!(
+            (opening.abs() / 1e-6 - open.rate).abs() <= 1e-3 * open.rate,
+            "{scale}: {open:?}"
+        );
+        simulation.set_state(state).unwrap();
+        let [a, b] = frames(&mut simulation, 0);
+        let gap = a.rotation.inverse() * (b.translation - a.translation);
+        let expected = gap.abs().max_element() / longest;
+        let found = simulation.loop_violation().unwrap().position;
+        // The frames' axes across the hinge's are the library's own choice.
+        assert!(
+            found <= 1.4143 * expected && expected <= 1.4143 * found,
+            "{scale}: {found:e} or {expected:e}"
+        );
+    }
+}
+
+/// A rack on a pinion: they move together, and the force between them is that of their inertias.
+#[test]
+fn a_rack_follows_its_pinion() {
+    let (radius, wheel) = (0.004, MassProperties::rod(0.02, 0.001, 0.003));
+    let model = ModelDescription::new("rack and pinion")
+        .gravity(DVec3::ZERO)
+        .body("pinion", None, Joint::revolute(DVec3::Z), wheel)
+        .body("rack", None, Joint::prismatic(DVec3::X), wheel)
+        .couple("mesh", "rack", "pinion", radius, 0.0)
+        .build()
+        .unwrap();
+    let inertia = wheel.about(DVec3::ZERO).z_axis.z;
+    let mut simulation = Simulation::new(model).unwrap();
+    simulation.forces_mut().joint[0] = 1e-3;
+    let expected = 1e-3 / (inertia + wheel.mass * radius * radius);
+    let qdd = simulation.solve().unwrap().joint_accelerations().unwrap();
+    assert!((qdd[0] - expected).abs() <= 1e-12 * expected, "{qdd:?}");
+    assert!((qdd[1] - radius * expected).abs() <= 1e-12 * radius * expected);
+    let force = simulation.loop_forces().unwrap().couplings[0];
+    let right = wheel.mass * radius * expected;
+    assert!((force - right).abs() <= 1e-9 * right, "{force} or {right}");
+}
+
+/// Gravity of one's own acts in `solve` as in steps.
+#[test]
+fn own_gravity_acts_on_closed_loops() {
+    let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    let mut forces = Forces::none(&model);
+    for root in ["crank", "rocker"] {
+        let root = model.find(root).unwrap();
+        forces.set_gravity(&model, root, [0.3, 1.0, -1.62]).unwrap();
+    }
+    let mut solver = Solver::new(&model, &SolverOptions::default()).unwrap();
+    let right = solver.forward_dynamics(&model, &state, &forces).unwrap();
+    let mut simulation = simulation(&model, &state, Integrator::SemiImplicitEuler);
+    *simulation.forces_mut() = forces;
+    let found = simulation.solve().unwrap().joint_accelerations().unwrap();
+    assert!(off(found, right) <= 1e-9, "{found:?} or {right:?}");
+}
+
+/// Loops are computed in f64, whatever the tree is in: that is said, not passed over.
+#[test]
+fn tolerances_beyond_the_loops_are_missed() {
+    let (model, state) = held(&generate::random_chain(150, &generate::Rod::default(), 3).unwrap());
+    let mut solver = Solver::new(&model, &SolverOptions::to_tolerance(3e-16)).unwrap();
+    let solved = solver.forward_dynamics(&model, &state, &Forces::none(&model));
+    assert!(
+        matches!(solved, Err(Error::ToleranceMissed { .. })),
+        "{solved:?}"
+    );
 }

@@ -4,7 +4,7 @@
 var<workgroup> asked: u32;
 
 fn is_needed() -> bool {
-    return layer.attempt < 2u || control[ATTEMPTS] + 1u >= layer.attempt;
+    return layer.attempt < 2u || control[LAST_ASKED] + 1u >= layer.attempt;
 }
 
 // The same for all lanes of a workgroup.
@@ -13,7 +13,7 @@ fn is_group_needed(lane: u32) -> bool {
         return true;
     }
     if lane == 0u {
-        asked = control[ATTEMPTS];
+        asked = control[LAST_ASKED];
     }
     return workgroupUniformLoad(&asked) + 1u >= layer.attempt;
 }

@@ -67,7 +67,7 @@ const HALTED = 0u;
 const STEPS = 1u;
 const PUSHED = 2u;
 // All lanes of an attempt write the same.
-const ATTEMPTS = 3u;
+const LAST_ASKED = 3u;
 const PUSHED_SLOTS = 4u;
 
 const NONE = 0xffffffffu;

@@ -38,7 +38,7 @@ fn settle(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Motion, qdd
         // What has not settled in the last attempt is taken as it is.
         if next != parts && layer.attempt < MOST_ATTEMPTS {
             put(last_row(v), vec4<real>(row.xy, real(next), row.w));
-            control[ATTEMPTS] = layer.attempt;
+            control[LAST_ASKED] = layer.attempt;
         }
     } else if kind == SPHERICAL {
         let ball = ball_of(slot);

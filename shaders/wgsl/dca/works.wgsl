@@ -1,7 +1,7 @@
 // What a step that has not failed does to elements: the work done so far is that of the state, and the next step
 // begins with its first attempt.
 
-fn begin_attempts() { control[ATTEMPTS] = 0u; }
+fn begin_attempts() { control[LAST_ASKED] = 0u; }
 
 fn commit_works(spot: Spot) {
     // What is fixed has no freedom, and its number may be the next one's.

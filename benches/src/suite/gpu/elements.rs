@@ -4,7 +4,8 @@
 use super::dynamics::{options, precisions};
 use super::is_software;
 use crate::suite::{Figure, Outcome, relative_error, worst_of};
-use vertebra::dynamics::gpu::Options;
+use anyhow::Context;
+use vertebra::dynamics::gpu::{Batch, BatchOptions, Options};
 use vertebra::generate::{self, Masses, Rod};
 use vertebra::{
     Forces, Integrator, Model, Motor, Precision, Random, Simulation, State, Work, Workspace, aba,
@@ -137,6 +138,47 @@ pub(super) fn steps(device: &Device) -> Outcome {
             let balance = Figure::new(name("energy"), gpu_off.abs(), 4.0 * off.abs() + rounding);
             figures.push(balance);
         }
+    }
+    Ok(figures)
+}
+
+/// A batch goes by divide and conquer, and its items as each alone on the CPU.
+pub(super) fn batches(device: &Device) -> Outcome {
+    const ITEMS: usize = 8;
+    let model = generate::random_mechanism(20, true, 2)?;
+    let mut figures = Vec::new();
+    for (precision, tree, _) in precisions(device) {
+        if precision != Precision::F64 || tree != precision {
+            continue;
+        }
+        let options = BatchOptions {
+            precision,
+            ..BatchOptions::default()
+        };
+        let mut batch = Batch::new(device, &model, ITEMS, &options)?;
+        let mut states = vec![State::neutral(&model); ITEMS];
+        for (seed, state) in (0..).zip(&mut states) {
+            state.qd.copy_from_slice(&State::random(&model, seed).qd);
+        }
+        batch.set_states(&states)?;
+        let freedoms = model.body_ids().zip(model.bodies());
+        let mut driven = freedoms.filter(|(_, body)| body.dof_range().len() == 1);
+        let (body, _) = driven.next().context("no joint has one freedom")?;
+        let motor = |item: usize| Motor::position(0.1 * item as f64, 20.0, 0.5).limited(1.0);
+        for item in 0..ITEMS {
+            batch.set_motor(item, body, motor(item))?;
+        }
+        batch.steps(STEP, 20)?;
+        let mut worst = 0.0_f64;
+        for (item, found) in batch.states()?.iter().enumerate() {
+            let mut alone = Simulation::new(model.clone())?;
+            alone.set_state(states[item].clone())?;
+            alone.set_motor(body, motor(item))?;
+            alone.steps(STEP, 20)?;
+            worst = worst_of(worst, relative_error(&found.qd, &alone.state()?.qd));
+        }
+        let name = format!("{ITEMS} mechanisms in {precision}, {}", batch.choice());
+        figures.push(Figure::new(name, worst, 1e-6));
     }
     Ok(figures)
 }

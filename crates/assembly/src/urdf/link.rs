@@ -27,7 +27,7 @@ impl<'n> Link<'n> {
                 "inertial" => reader.once(&mut inertial, child)?,
                 "visual" => parts.extend(geometry::read(reader, child, Role::Visual)?),
                 "collision" => parts.extend(geometry::read(reader, child, Role::Collision)?),
-                _ => reader.ignore(child),
+                _ => reader.ignore_unknown(child, &["inertial", "visual", "collision"]),
             }
         }
         let mass = match inertial {

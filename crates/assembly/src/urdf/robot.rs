@@ -166,7 +166,7 @@ fn read_elements<'n>(
         match tag {
             "link" => links.push(Link::read(reader, node)?),
             "joint" => joints.push(Joint::read(reader, node)?),
-            _ => reader.ignore(node),
+            _ => reader.ignore_unknown(node, &["link", "joint"]),
         }
     }
     if links.is_empty() {

@@ -52,3 +52,32 @@ impl<T: Real, L: Real> Tree<T, L> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{DcaOptions, DcaWorkspace, Forces, Precision, Workspace, aba, dca};
+    use vertebra_assembly::{Random, State, generate};
+
+    /// As the recursion's substitution does, on joints of every kind; and nobody takes the tree for solved then.
+    #[test]
+    fn substitutions_agree() {
+        for (seed, count) in (0..).zip([1, 9, 120]) {
+            let model = generate::random_mechanism(count, false, seed).unwrap();
+            let (state, forces) = (State::random(&model, seed), Forces::none(&model));
+            let mut serial = Workspace::new(&model, Precision::F64);
+            aba(&model, &state, &forces, &mut serial).unwrap();
+            let mut workspace = DcaWorkspace::new(&model, &DcaOptions::default()).unwrap();
+            dca(&model, &state, &forces, &mut workspace).unwrap();
+            let mut random = Random::new(seed);
+            let mut right: Vec<f64> = state.qd.iter().map(|_| random.symmetric()).collect();
+            let mut found = right.clone();
+            serial.substitute(&mut right);
+            workspace.substitute(&mut found);
+            let size = right.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            for (a, b) in found.iter().zip(&right) {
+                assert!((a - b).abs() <= 1e-9 * size, "{count}: {a} or {b}");
+            }
+            assert!(workspace.compute_joint_wrenches(&forces).is_err());
+        }
+    }
+}

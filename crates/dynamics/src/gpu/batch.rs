@@ -10,7 +10,7 @@ mod tree;
 
 pub use choice::{BatchChoice, BatchOptions};
 
-use crate::{Algorithm, Error, Forces, Precision};
+use crate::{Algorithm, Error, Forces, Motor, Precision};
 use engine::{Engine, Failure, Fixed, Why};
 use forest::Forest;
 use vertebra_assembly::{BodyId, Model, State};
@@ -22,7 +22,8 @@ use vertebra_spatial::Pose;
 ///
 /// States and forces are uploaded when they are set and come back when they are asked for; steps
 /// in between stay on the device. An item that fails keeps the state before the step; the others go on, but
-/// by divide and conquer, where all are one forest, they stop with it.
+/// by divide and conquer, where all are one forest, they stop with it. Divide and conquer it is where joints are
+/// screws or anything acts in them.
 ///
 /// ```
 /// use vertebra_assembly::{State, generate};
@@ -98,7 +99,6 @@ impl Batch {
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
-        super::check_bare(model)?;
         crate::loops::refuse_loops(model, "a batch on a GPU")?;
         let computes = match options.precision {
             Precision::F32 => true,
@@ -112,6 +112,9 @@ impl Batch {
             });
         }
         let choice = BatchChoice::of(model, items, options);
+        if choice.algorithm == Algorithm::Aba {
+            super::check_bare(model)?;
+        }
         let integrator = options.integrator.try_into()?;
         let fixed = Fixed::new(device, model, (items, choice.lanes as usize, integrator));
         let engine = match choice.algorithm {
@@ -192,7 +195,10 @@ impl Batch {
         let model = &self.fixed.model;
         self.check(forces, |forces| {
             forces.check(model)?;
-            super::check_forces(model, forces)
+            match &self.engine {
+                AnyEngine::Forest(_) => Ok(()),
+                _ => super::check_forces(model, forces),
+            }
         })?;
         let fixed = &self.fixed;
         let external = forces.iter().flat_map(Forces::acting);
@@ -215,6 +221,34 @@ impl Batch {
             engine => engine.set_forces(fixed, forces),
             forest => forest.set_forces(fixed, forces)
         )
+    }
+
+    /// Sets the motor of a body's joint in one item, from the next step on.
+    ///
+    /// # Errors
+    /// [`Error::ItemCount`] for an item that there is not; [`Error::UnknownBody`], [`Error::NoMotor`],
+    /// [`Error::BadMotor`]; [`Error::ElementUnavailable`] by the articulated-body algorithm. The motor is then as
+    /// it was. [`Error::Gpu`].
+    pub fn set_motor(&mut self, item: usize, body: BodyId, motor: Motor) -> Result<(), Error> {
+        let fixed = &self.fixed;
+        if item >= fixed.items {
+            return Err(Error::ItemCount {
+                expected: fixed.items,
+                given: item + 1,
+            });
+        }
+        let Some(known) = fixed.model.body(body) else {
+            return Err(Error::UnknownBody {
+                model: fixed.model.name().to_owned(),
+                body: body.index(),
+            });
+        };
+        match &mut self.engine {
+            AnyEngine::Forest(forest) => forest.set_motor(fixed, (item, body), motor),
+            _ => Err(Error::ElementUnavailable {
+                body: known.name.clone(),
+            }),
+        }
     }
 
     fn check<T>(&self, given: &[T], check: impl Fn(&T) -> Result<(), Error>) -> Result<(), Error> {

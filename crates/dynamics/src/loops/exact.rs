@@ -8,12 +8,14 @@
 //!
 //! as `tolerance.rs` does it for the first line alone, with the same estimate: the change that a correction makes is the
 //! error before it. Lambda acts as force pairs on the bodies, so that the residual of the bodies' equations includes
-//! it; the residual of a loop's equation is what it leaves over the sum of its terms' sizes, and the larger of the two
+//! it. Corrections do not see the rounding of the loops' own equations; second rates as large as that are responded to, and bound
+//! the estimate from below. The residual of a loop's equation is what it leaves over the sum of its terms' sizes, and the larger of the two
 //! is the one reported.
 
+use super::constraint::Constraint;
 use super::{ITERATIONS, Loops};
 use crate::refine::relative;
-use crate::tolerance::{CAUTION, Ladder, SWEEPS};
+use crate::tolerance::{CAUTION, Ladder, Method, NOISE, SWEEPS};
 use crate::{Error, Forces};
 use vertebra_assembly::{Model, State};
 
@@ -48,8 +50,43 @@ impl Loops {
             }
             before = change;
         }
+        if let Some(method) = ladder.method() {
+            error = error.max(NOISE * self.rounding(method));
+        }
         ladder.add(residual, error)?;
         self.accelerations(model, state)
+    }
+
+    /// What the rounding of the loops' equations, which are in f64 whatever solves the tree, leaves of accelerations: the
+    /// response to second rates as large as that, as part of the largest.
+    fn rounding(&mut self, method: &mut Method) -> f64 {
+        for (index, constraint) in self.constraints.iter().enumerate() {
+            for row in constraint.rows.clone() {
+                let (_, size) = self.terms(constraint, row);
+                // Signs that do not go with those of the neighbours.
+                let sign = if (index + row) % 3 == 1 { -1.0 } else { 1.0 };
+                self.residual[row] = sign * f64::EPSILON * size * self.row_scales[row];
+            }
+        }
+        self.respond(method);
+        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+        let both = self.joint.iter().zip(&self.qdd);
+        for ((&response, &qdd), &scale) in both.zip(&self.scales.acceleration) {
+            change = change.max(response.abs() * scale);
+            largest = largest.max(qdd.abs() * scale);
+        }
+        relative(change, largest)
+    }
+
+    /// What an equation leaves, and the sum of its terms' sizes.
+    fn terms(&self, constraint: &Constraint, row: usize) -> (f64, f64) {
+        let entries = constraint.row(row, &self.jacobian);
+        let terms = (entries.iter().zip(&constraint.dofs)).map(|(j, &dof)| j * self.qdd[dof]);
+        let (bare, size) = terms.fold((0.0, 0.0_f64), |(sum, size), term| {
+            (sum + term, size + term.abs())
+        });
+        let turning = self.turning * (self.second_rates[row] - bare);
+        (bare + turning, size + turning.abs())
     }
 
     /// The largest part of the sizes of its terms that an equation leaves.
@@ -57,16 +94,9 @@ impl Loops {
         let mut worst = 0.0_f64;
         for constraint in &self.constraints {
             for row in constraint.rows.clone() {
-                let entries = constraint.row(row, &self.jacobian);
-                let terms =
-                    (entries.iter().zip(&constraint.dofs)).map(|(j, &dof)| j * self.qdd[dof]);
-                let (bare, size) = terms.fold((0.0, 0.0_f64), |(sum, size), term| {
-                    (sum + term, size + term.abs())
-                });
-                let turning = self.turning * (self.second_rates[row] - bare);
-                let size = size + turning.abs();
+                let (left, size) = self.terms(constraint, row);
                 if size > 0.0 {
-                    worst = worst.max((bare + turning).abs() / size);
+                    worst = worst.max(left.abs() / size);
                 }
             }
         }

@@ -90,10 +90,11 @@ impl Remote {
             return Ok(None);
         };
         check_measurable(model, self.simulation.elements())?;
+        let simulation = (self.simulation).with_options(model, &rung.options(&own))?;
         Ok(Some(Self {
             options: own,
             exact: Some(Box::new(exact)),
-            ..Self::new(&self.device, model, &rung.options(&own))?
+            ..Self::of(&self.device, simulation)
         }))
     }
 
@@ -252,7 +253,7 @@ impl Remote {
                 return Err(exact.missed());
             };
             let own = rung.options(&self.options);
-            let mut simulation = gpu::Simulation::on(&self.device, model, &own)?;
+            let mut simulation = self.simulation.with_options(model, &own)?;
             if self.is_ahead {
                 simulation.set_state(&self.simulation.state()?)?;
             } else {

@@ -207,7 +207,7 @@ impl Gathered {
             (JointKind::Revolute { axis }, Some(second)) => {
                 let second = second.axis().unwrap_or(axis);
                 let cosine = axis.normalize().dot(second.normalize());
-                if !(cosine.abs() <= PERPENDICULAR) {
+                if cosine.is_nan() || cosine.abs() > PERPENDICULAR {
                     let problem = Problem::OutOfRange {
                         quantity: "the cosine between the two axes of a joint that closes a loop",
                         value: cosine,

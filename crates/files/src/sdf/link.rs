@@ -33,7 +33,7 @@ pub(super) fn read<'n, 'a>(
             "inertial" => reader.once(&mut inertial, child)?,
             "collision" => collisions.extend(shape(reader, child)?),
             "visual" => visuals.extend(shape(reader, child)?),
-            _ => reader.ignore(child),
+            _ => reader.ignore_unknown(child, &["pose", "inertial", "collision", "visual"]),
         }
     }
     let mass = mass(reader, inertial, &collisions)?;

@@ -71,6 +71,7 @@ impl BatchChoice {
                 _ if items == 0 => Algorithm::Aba,
                 (Some(asked), _) => asked,
                 (None, Some(_)) => Algorithm::Aba,
+                (None, None) if super::super::check_bare(model).is_err() => Algorithm::Dca,
                 (None, None) => faster,
             },
             forced: options.algorithm.is_some() || options.lanes.is_some(),

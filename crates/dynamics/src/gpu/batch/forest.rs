@@ -3,7 +3,7 @@
 
 use super::engine::{Failure, Fixed, Ran, Why};
 use crate::gpu::dca::{Options, PoseBuffer, Simulation};
-use crate::{Error, Forces, Integrator, Precision};
+use crate::{Error, Forces, Integrator, Motor, Precision};
 use vertebra_assembly::{BodyDescription, BodyId, Model, ModelDescription, State};
 use vertebra_gpu::{Device, Timing};
 use vertebra_spatial::Pose;
@@ -76,11 +76,26 @@ impl Forest {
         let (dofs, bodies) = (fixed.model.dof_count(), fixed.model.bodies().len());
         for (item, forces) in forces.iter().enumerate() {
             all.joint[item * dofs..][..dofs].copy_from_slice(&forces.joint);
+            if !forces.joint_inertia.is_empty() {
+                all.joint_inertia.resize(all.joint.len(), 0.0);
+                all.joint_inertia[item * dofs..][..dofs].copy_from_slice(&forces.joint_inertia);
+            }
             for (body, wrench) in forces.acting() {
                 all.push(BodyId(body.0 + small(item * bodies)), *wrench);
             }
         }
         self.simulation.set_forces(&all)
+    }
+
+    pub(super) fn set_motor(
+        &mut self,
+        fixed: &Fixed,
+        (item, body): (usize, BodyId),
+        motor: Motor,
+    ) -> Result<(), Error> {
+        let first = item * fixed.model.bodies().len();
+        self.simulation
+            .set_motor(BodyId(small(first + body.index())), motor)
     }
 
     pub(super) fn solve(&mut self, fixed: &Fixed) -> Result<Option<f64>, Error> {
