@@ -4,8 +4,7 @@ use super::{Measurement, Meter, Selection};
 use crate::row::Row;
 use crate::suite::worst_of;
 use vertebra::{
-    Error, JointKind, Model, ModelDescription, Precision, Rest, Simulation, Spring, State,
-    mechanism,
+    Builder, Error, JointKind, Model, Pose, Precision, Rest, Simulation, Spring, State, mechanism,
 };
 
 /// Name of the group of scenarios.
@@ -99,25 +98,12 @@ fn bulging_mail(rows: u32, columns: u32) -> Result<(Model, State), Error> {
 /// # Errors
 /// None in practice: if the mechanism is valid, so are several.
 pub fn side_by_side(model: &Model, start: &State, count: usize) -> Result<(Model, State), Error> {
-    let one = model.describe();
-    let mut all =
-        ModelDescription::new(format!("{count} {}", model.name())).gravity(model.gravity());
+    let one = Builder::of_description(model.describe());
+    let mut all = Builder::new(format!("{count} {}", model.name())).gravity(model.gravity());
     for copy in 0..count {
-        let named = |name: String| format!("{name} {copy}");
-        for body in &one.bodies {
-            let mut body = body.clone();
-            body.name = named(body.name);
-            body.parent = body.parent.map(named);
-            all.bodies.push(body);
-        }
-        for closed in &one.loops {
-            let mut closed = closed.clone();
-            closed.name = named(closed.name);
-            closed.bodies = closed.bodies.map(|body| body.map(named));
-            all.loops.push(closed);
-        }
+        all = all.attach(&copy.to_string(), &one, Pose::IDENTITY);
     }
-    let model = all.build()?;
+    let model = all.describe().build()?;
     let mut state = State::neutral(&model);
     state.q = start.q.repeat(count);
     state.qd = start.qd.repeat(count);

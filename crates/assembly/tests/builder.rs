@@ -6,8 +6,8 @@ use common::{Digest, assert_same_placement, body_placements};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use vertebra_assembly::generate::{self, Rod};
 use vertebra_assembly::{
-    BodyShape, Builder, Centerline, Compound, Joint, JointLimits, MassProperties, Mimic,
-    ModelDescription, ModelError, Problem, Random, SolidError, Spring, State,
+    BodyShape, Builder, Centerline, Closure, Compound, Joint, JointLimits, MassProperties, Mimic,
+    ModelDescription, ModelError, Problem, Random, SolidError, Spring, State, mechanism,
 };
 use vertebra_spatial::Pose;
 
@@ -462,4 +462,61 @@ fn joints_are_saved_with_their_elements() {
     assert!(error.to_string().contains("pitch"), "{error}");
     let limits = JointLimits::default();
     assert_eq!(limits.position, None);
+}
+
+/// What is wrong with loops and couplings is said with all the rest, by the names that inserting gave them.
+#[test]
+fn loops_are_renamed_and_checked_with_all_the_rest() {
+    let rod = MassProperties::rod(1.0, 0.5, 0.01);
+    let hinge = Joint::revolute(DVec3::Y);
+    let part = Builder::new("part")
+        .body("a", hinge.clone().with_damping(-1.0), rod)
+        .from_world()
+        .body("b", Joint::spherical(), rod)
+        .close(
+            "pin",
+            [Some("a"), Some("c")],
+            [Pose::IDENTITY; 2],
+            Closure::Ball,
+        )
+        .close(
+            "nut",
+            [None, Some("b")],
+            [Pose::IDENTITY; 2],
+            Closure::Distance { length: 0.0 },
+        )
+        .couple("gears", "a", "b", 2.0, 0.0);
+    let whole = Builder::new("whole").attach("left", &part, Pose::IDENTITY);
+    let error = whole.build().unwrap_err();
+    let text = error.to_string();
+    assert_eq!(error.problems.len(), 4, "{text}");
+    for said in [
+        "`left/a`",
+        "`left/pin`",
+        "`left/c`",
+        "distance",
+        "`left/gears`",
+    ] {
+        assert!(text.contains(said), "{said}: {text}");
+    }
+}
+
+/// A description that goes through a builder is the same.
+#[test]
+fn descriptions_come_back() {
+    let (mail, _) = mechanism::chain_mail(2, 3).unwrap();
+    let description = mail.describe();
+    assert!(!description.loops.is_empty());
+    let again = Builder::of_description(description.clone());
+    assert_eq!(again.describe(), description);
+    let within = Builder::new("within").attach("p", &again, Pose::IDENTITY);
+    let inserted = within.describe();
+    assert_eq!(
+        inserted.loops[0].placements,
+        description.loops[0].placements
+    );
+    assert_eq!(
+        inserted.build().unwrap().loops().len(),
+        description.loops.len()
+    );
 }

@@ -1,6 +1,6 @@
-//! Mirror images of joints and bodies.
+//! Mirror images of joints, loops and bodies.
 
-use crate::{Compound, Joint, JointKind, MassProperties, Rest, Spring};
+use crate::{Closure, Compound, Joint, JointKind, MassProperties, Rest, Spring};
 use glam::{DMat3, DQuat, DVec3};
 use vertebra_spatial::Pose;
 
@@ -61,6 +61,30 @@ impl Mirror {
             child_placement: self.pose(&joint.child_placement),
             spring,
             ..joint.clone()
+        }
+    }
+
+    /// Axes of rotation turn as those of joints do; of others only the line matters.
+    pub(super) fn closure(&self, closure: Closure) -> Closure {
+        let turned = |axis: DVec3| -(self.0 * axis);
+        match closure {
+            Closure::Weld | Closure::Ball | Closure::Distance { .. } => closure,
+            Closure::Revolute { axis } => Closure::Revolute { axis: turned(axis) },
+            Closure::Prismatic { axis } => Closure::Prismatic {
+                axis: self.0 * axis,
+            },
+            Closure::Screw { axis, pitch } => Closure::Screw {
+                axis: turned(axis),
+                pitch: -pitch,
+            },
+            Closure::Cylindrical { axis } => Closure::Cylindrical { axis: turned(axis) },
+            Closure::Universal { first, second } => Closure::Universal {
+                first: turned(first),
+                second: turned(second),
+            },
+            Closure::Planar { normal } => Closure::Planar {
+                normal: self.0 * normal,
+            },
         }
     }
 

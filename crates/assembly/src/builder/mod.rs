@@ -28,6 +28,7 @@
 //! # Ok::<(), vertebra_assembly::BuildError>(())
 //! ```
 
+mod closure;
 mod curve;
 mod error;
 mod mesh;
@@ -39,7 +40,10 @@ pub use error::{BuildError, Problem};
 pub use shape::{BodyShape, SolidError};
 
 use crate::description::STANDARD_GRAVITY;
-use crate::{BodyId, Compound, FrameDescription, MassProperties, Model, ModelDescription};
+use crate::{
+    BodyId, Compound, CouplingDescription, FrameDescription, LoopDescription, MassProperties,
+    Model, ModelDescription,
+};
 use glam::{DQuat, DVec3};
 use mirror::Mirror;
 use std::collections::HashMap;
@@ -93,6 +97,8 @@ pub struct Builder {
     gravity: DVec3,
     parts: Vec<Part>,
     frames: Vec<FrameDescription>,
+    loops: Vec<LoopDescription>,
+    couplings: Vec<CouplingDescription>,
     /// Index of each name.
     by_name: HashMap<String, usize>,
     /// The part it stands on; none for the world.
@@ -132,6 +138,8 @@ impl Builder {
             gravity: STANDARD_GRAVITY,
             parts: Vec::new(),
             frames: Vec::new(),
+            loops: Vec::new(),
+            couplings: Vec::new(),
             by_name: HashMap::new(),
             at: None,
             problems: Vec::new(),
@@ -341,8 +349,8 @@ impl Builder {
         self
     }
 
-    /// Inserts another builder's bodies, all names with `prefix/` before them, where this one stands, the
-    /// other's world at `placement`. The builder stays where it is.
+    /// Inserts another builder's bodies, frames, loops and couplings, all names with `prefix/` before them,
+    /// where this one stands, the other's world at `placement`. The builder stays where it is.
     #[must_use]
     pub fn attach(self, prefix: &str, other: &Self, placement: Pose) -> Self {
         self.insert(prefix, other, placement, None)
@@ -412,6 +420,7 @@ impl Builder {
             });
         }
         self.at = at;
+        self.insert_closures(prefix, other, placement, mirror);
         self
     }
 
@@ -424,6 +433,8 @@ impl Builder {
             description = description.body(&part.name, part.parent.as_deref(), joint, part.mass);
         }
         description.frames = self.frames.clone();
+        description.loops = self.loops.clone();
+        description.couplings = self.couplings.clone();
         description
     }
 
