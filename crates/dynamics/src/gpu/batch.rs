@@ -10,6 +10,7 @@ mod tree;
 
 pub use choice::{BatchChoice, BatchOptions};
 
+use super::Kernels;
 use crate::{Algorithm, Error, Forces, Motor, Precision};
 use engine::{Engine, Failure, Fixed, Why};
 use forest::Forest;
@@ -99,7 +100,8 @@ impl Batch {
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
-        crate::loops::refuse_loops(model, "a batch on a GPU")?;
+        let remedy = "take the items' steps one by one by `Simulation`, which does";
+        crate::loops::refuse_loops(model, "a batch on a GPU", remedy)?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),
@@ -112,8 +114,9 @@ impl Batch {
             });
         }
         let choice = BatchChoice::of(model, items, options);
-        if choice.algorithm == Algorithm::Aba {
-            super::check_bare(model)?;
+        // Of no item nothing is computed.
+        if choice.algorithm == Algorithm::Aba && items > 0 {
+            super::check_bare(model, Kernels::Lanes)?;
         }
         let integrator = options.integrator.try_into()?;
         let fixed = Fixed::new(device, model, (items, choice.lanes as usize, integrator));
@@ -245,9 +248,7 @@ impl Batch {
         };
         match &mut self.engine {
             AnyEngine::Forest(forest) => forest.set_motor(fixed, (item, body), motor),
-            _ => Err(Error::ElementUnavailable {
-                body: known.name.clone(),
-            }),
+            _ => Err(Kernels::Lanes.element_unavailable(&known.name)),
         }
     }
 
