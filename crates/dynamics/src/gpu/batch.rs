@@ -192,8 +192,8 @@ impl Batch {
     /// Replaces the forces that act on the items from now on.
     ///
     /// # Errors
-    /// [`Error::ItemCount`]; [`Error::Item`] with the first that do not fit the model; then all are as they
-    /// were. [`Error::Gpu`].
+    /// [`Error::ItemCount`]; [`Error::Item`] with the first that do not fit the model, by the articulated-body algorithm
+    /// also those with [`Error::JointInertiaUnavailable`]; then all are as they were. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &[Forces]) -> Result<(), Error> {
         let model = &self.fixed.model;
         self.check(forces, |forces| {
