@@ -131,7 +131,8 @@ pub fn aba_batch<'b>(
             model: model.name().to_owned(),
         });
     }
-    refuse_looped(batch.looped.as_ref(), "`aba_batch`")?;
+    let remedy = "solve for one state after the other by `Solver`, which does";
+    refuse_looped(batch.looped.as_ref(), "`aba_batch`", remedy)?;
     if states.len() != forces.len() {
         return Err(Error::BatchLengths {
             states: states.len(),

@@ -151,7 +151,7 @@ pub enum Error {
     },
     /// A tolerance that no method meets here.
     #[error(
-        "a relative error of {tolerance:e} was asked for, and the best method reached {error:.0e} (residual {residual:.0e}): accept more, or make the model's masses and lengths less uneven"
+        "a relative error of {tolerance:e} was asked for, and the best method reached {error:.0e} (residual {residual:.0e}): accept more; masses and lengths of very different sizes cost digits, and so do closed loops near positions in which they jam or may move in another way"
     )]
     ToleranceMissed {
         /// Forward error asked for.
@@ -191,13 +191,15 @@ pub enum Error {
     },
     /// A model with loops or couplings, given to what computes trees alone.
     #[error(
-        "the model closes loops or couples joints (`{name}`), which {by} does not do: use `Simulation` or `Solver` on the processor, which do, or leave the loops open knowingly (`Workspace::of_tree`)"
+        "the model closes loops or couples joints (`{name}`), which {by} does not do: {remedy}"
     )]
     LoopsUnavailable {
         /// The first loop or coupling.
         name: String,
         /// What does not do it.
         by: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
     },
     /// Loops that are solved together and too many for a GPU.
     #[cfg(feature = "gpu")]
@@ -337,20 +339,41 @@ pub enum Error {
     /// A joint that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(
-        "the joint of body `{body}` is a screw, which a GPU does not compute in models with closed loops nor in batches by the articulated-body algorithm: ask for divide and conquer, simulate the model on the CPU"
+        "the joint of body `{body}` is a screw, which a GPU does not compute in {by}: {remedy}"
     )]
     JointUnavailable {
         /// The body whose joint it is.
         body: String,
+        /// What does not compute it.
+        by: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
     },
     /// An element in a joint that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(
-        "the joint of body `{body}` has a range, damping, friction, a rotor, a motor or a spring, which a GPU does not compute in models with closed loops nor in batches by the articulated-body algorithm: ask for divide and conquer, simulate the model on the CPU, or without all of these (`Model::bare`)"
+        "the joint of body `{body}` has a range, damping, friction, a rotor, a motor or a spring, which a GPU does not compute in {by}: {remedy}, or simulate without all of these (`Model::bare`)"
     )]
     ElementUnavailable {
         /// The body whose joint it is.
         body: String,
+        /// What does not compute it.
+        by: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// Inertia of a freedom's own that no kernel computes.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "`Forces::joint_inertia` gives the joint of body `{body}` an inertia of its own, which a GPU does not compute in {by}: {remedy}, or leave it at 0"
+    )]
+    JointInertiaUnavailable {
+        /// The body whose joint it is.
+        body: String,
+        /// What does not compute it.
+        by: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
     },
     /// Another number of states or forces than a batch has items.
     #[cfg(feature = "gpu")]
@@ -376,11 +399,13 @@ pub enum Error {
     GpuNotBuilt,
     /// A model that does not fit a device.
     #[error(
-        "a model of {bodies} bodies needs more than the device's {limit} = {available}: one like it of {fit} bodies fits; make several models, or simulate on the CPU"
+        "a model of {bodies} bodies needs more memory for its {what} than the device's {limit} = {available}: one like it of {fit} bodies fits; make several models, or simulate on the CPU"
     )]
     ModelTooLarge {
         /// Bodies of the model.
         bodies: usize,
+        /// What needs the most: bodies or closed loops.
+        what: &'static str,
         /// Bodies that would fit, of a model like it.
         fit: usize,
         /// The limit.

@@ -63,7 +63,8 @@ impl Simulation {
     /// f64, on a GPU by divide and conquer in f64 with joins in f32, or all in f32 where it has no f64.
     ///
     /// # Errors
-    /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`.
+    /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`; of models with closed loops also
+    /// `Error::JointUnavailable`, `Error::ElementUnavailable` and `Error::TooManyLoops`.
     pub fn on(device: &Device, model: Model) -> Result<Self, Error> {
         let (runs, choice) = Runs::on(device, &model)?;
         Ok(Self::from_parts(model, runs, choice))
@@ -112,10 +113,11 @@ impl Simulation {
     /// To a tolerance, a GPU takes the cheapest of its precisions and corrections that meets it:
     /// its accelerations are held against the bodies' equations by the processor before the first step, after a
     /// state was set, and at every 64th step. What no GPU can do so exactly is done by the processor from there on
-    /// ([`choice`](Self::choice) tells).
+    /// ([`choice`](Self::choice) tells), and so are models with closed loops, couplings, springs, rotors or motors, for
+    /// which nothing checks a GPU.
     ///
     /// # Errors
-    /// As [`Solver::new`]; on a GPU also [`Error::PrecisionUnavailable`], and
+    /// As [`Solver::new`]; on a GPU also [`Error::PrecisionUnavailable`], [`Error::ModelTooLarge`], `Error::Gpu`, and
     /// [`Error::UnavailableOnGpu`] of the articulated-body algorithm.
     pub fn with_solver(mut self, options: &SolverOptions) -> Result<Self, Error> {
         match &mut self.runs {
@@ -272,7 +274,8 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; of the first motor on a GPU also
-    /// [`Error::ModelTooLarge`] and `Error::Gpu`. The motor is then as it was.
+    /// [`Error::ModelTooLarge`] and `Error::Gpu`, and of models with closed loops `Error::ElementUnavailable`. The motor
+    /// is then as it was.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
         match &mut self.runs {
             Runs::Host(host) => {
@@ -422,17 +425,20 @@ impl Simulation {
     fn leave_gpu(&mut self, options: &SolverOptions) -> Result<(), Error> {
         self.fetch_state()?;
         let solver = Solver::new(&self.model, options)?;
-        self.choice = Choice {
+        let choice = Choice {
             gpu_s: self.choice.gpu_s,
             ..*solver.choice()
         };
         let mut host = Host::new(&self.model, solver);
-        if let Runs::Gpu(remote) = &self.runs
-            && let Some(elements) = remote.simulation.elements()
-        {
-            host.elements = Some(Box::new(elements.clone()));
+        if let Runs::Gpu(remote) = &mut self.runs {
+            // Brings what the device has summed up to the elements.
+            remote.simulation.work()?;
+            if let Some(elements) = remote.simulation.elements() {
+                host.elements = Some(Box::new(elements.clone()));
+            }
         }
         self.runs = Runs::Host(Box::new(host));
+        self.choice = choice;
         Ok(())
     }
 

@@ -41,6 +41,10 @@ pub(crate) const NOISE: f64 = 16.0;
 /// next more precise method.
 pub(crate) const SWEEPS: u32 = 6;
 
+/// Solutions by a method after which the next cheaper one, which failed before, is tried again: a trial in vain adds at
+/// most two hundredths to their time.
+const RETRY: usize = 64;
+
 /// How a [`Solver`](crate::Solver) with a tolerance has met it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Achieved {
@@ -172,6 +176,10 @@ pub(crate) struct Ladder {
     tolerance: f64,
     rungs: Vec<Rung>,
     at: usize,
+    /// The one that was expected to be the cheapest.
+    first: usize,
+    /// Solutions since a cheaper one was tried.
+    since: usize,
     schedule: Option<ScheduleOptions>,
     parallel: bool,
     achieved: Option<Achieved>,
@@ -225,11 +233,14 @@ impl Ladder {
                 asked.tolerance,
             )
         };
-        let at = (0..rungs.len()).min_by(|&a, &b| cost(&rungs[a]).total_cmp(&cost(&rungs[b])));
+        let first = (0..rungs.len()).min_by(|&a, &b| cost(&rungs[a]).total_cmp(&cost(&rungs[b])));
+        let first = first.unwrap_or(0);
         Ok(Self {
             tolerance: asked.tolerance,
             rungs,
-            at: at.unwrap_or(0),
+            at: first,
+            first,
+            since: 0,
             schedule: asked.schedule,
             parallel: asked.threads > 1,
             achieved: None,
@@ -276,14 +287,28 @@ impl Ladder {
         })
     }
 
-    /// Solves to the tolerance, by the method that met it last or a more precise one.
+    /// The method to begin with: the one in use, or every so often the one before.
+    const fn start(&mut self) -> usize {
+        if self.at == self.first {
+            self.since = 0;
+            return self.at;
+        }
+        self.since += 1;
+        if self.since <= RETRY {
+            return self.at;
+        }
+        self.since = 0;
+        self.at - 1
+    }
+
+    /// Solves to the tolerance, by the method that met it last or a more precise one; every so often by the one before.
     pub(crate) fn solve(
         &mut self,
         model: &Model,
         state: &State,
         forces: &Forces,
     ) -> Result<&[f64], Error> {
-        let start = self.at;
+        let start = self.start();
         self.achieved = None;
         let mut best: Option<Achieved> = None;
         let mut refused = None;

@@ -292,7 +292,8 @@ impl Workspace {
 
     /// Refuses a model with loops, if it is not taken as a tree.
     pub(crate) fn refuse_loops(&self, by: &'static str) -> Result<(), Error> {
-        refuse_looped(self.looped.as_ref(), by)
+        let remedy = "use `Simulation` or `Solver`, which do, or leave the loops open knowingly (`Workspace::of_tree`)";
+        refuse_looped(self.looped.as_ref(), by, remedy)
     }
 
     /// The precision it works in.

@@ -361,6 +361,35 @@ fn what_a_gpu_cannot_meet_goes_on_on_the_processor() {
     assert_eq!(there.state().unwrap(), here.state().unwrap());
 }
 
+/// A step that a precision refuses between two measurements is taken in the next one.
+#[test]
+fn a_step_refused_goes_on_in_more_precision() {
+    let Some(device) = gpu().filter(has_f64) else {
+        return;
+    };
+    let model = generate::random_chain(6, &Rod::default(), 3).unwrap();
+    let run = |device: &Device| {
+        let simulation = Simulation::on(device, model.clone()).unwrap();
+        let tolerance = SolverOptions::to_tolerance(1e-3);
+        let mut simulation = simulation.with_solver(&tolerance).unwrap();
+        simulation.set_state(State::random(&model, 4)).unwrap();
+        simulation.steps(1e-5, 2).unwrap();
+        assert_eq!(simulation.choice().precision, Precision::F32);
+        // More than f32 holds, for less time than it knows.
+        simulation.forces_mut().joint[2] = 1e45;
+        simulation.steps(1e-46, 3).unwrap();
+        assert_eq!(simulation.achieved().unwrap().precision, Precision::F64);
+        simulation
+    };
+    let (mut there, mut here) = (run(&device), run(&Device::cpu()));
+    assert!(there.choice().on_gpu, "{}", there.choice());
+    let (found, expected) = (there.state().unwrap(), here.state().unwrap());
+    let largest = expected.qd.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    for (a, b) in found.qd.iter().zip(&expected.qd) {
+        assert!((a - b).abs() <= 1e-3 * largest, "{a} and {b}");
+    }
+}
+
 /// What only a GPU is asked for has a door of its own: corrections of every solution.
 #[test]
 fn solutions_on_a_gpu_are_corrected() {
@@ -450,6 +479,7 @@ fn a_model_too_large_tells_what_fits() {
     let error = Simulation::on(&device, chain(3000)).unwrap_err();
     let Error::ModelTooLarge {
         bodies: 3000,
+        what: "bodies",
         fit,
         limit: "max_storage_buffer_binding_size",
         available: LIMIT,

@@ -12,7 +12,7 @@ use vertebra_assembly::{
 use vertebra_dynamics::gpu::{Batch, BatchOptions, Options};
 use vertebra_dynamics::{
     Algorithm, DcaOptions, DcaWorkspace, Error, Forces, Integrator, Motor, Precision, Simulation,
-    Work, Workspace, aba, dca, forward_error, gpu,
+    SolverOptions, Work, Workspace, aba, dca, forward_error, gpu,
 };
 use vertebra_gpu::{Device, tests_are_left_out};
 use vertebra_spatial::Pose;
@@ -361,6 +361,41 @@ fn batches() {
     );
     let mut bare = Batch::new(&device, &chain(8, 3).bare(), items, &options).unwrap();
     bare.set_motor(0, body, Motor::torque(1.0)).unwrap();
+    let why = batch.choice().to_string();
+    assert!(why.contains("alone computes screws"), "{why}");
+    assert!(Batch::new(&device, &model, 0, &options).unwrap().is_empty());
+    let plain = generate::random_chain(8, &Rod::default(), 3).unwrap();
+    let mut plain_batch = Batch::new(&device, &plain, items, &lanes).unwrap();
+    let own: Vec<_> = (0..items as u64).map(|seed| held(&plain, seed)).collect();
+    let refused = plain_batch.set_forces(&own).unwrap_err();
+    assert!(
+        matches!(&refused, Error::Item { source, .. }
+            if matches!(**source, Error::JointInertiaUnavailable { .. })),
+        "{refused}"
+    );
+}
+
+/// A simulation that leaves the device for a tolerance takes along what was done there.
+#[test]
+fn work_is_taken_to_the_processor() {
+    let Some(device) = device() else { return };
+    let model = chain(8, 4);
+    for tolerance in [1e-9, 1e-14] {
+        let options = options(PRECISIONS[2], 4, 0);
+        let mut simulation = Simulation::on_gpu(&device, model.clone(), &options).unwrap();
+        simulation.steps(1e-3, 3).unwrap();
+        let mut there = Simulation::new(model.clone()).unwrap();
+        there.steps(1e-3, 3).unwrap();
+        let expected = *there.elements().unwrap().work();
+        let tolerance = SolverOptions::to_tolerance(tolerance);
+        let mut simulation = simulation.with_solver(&tolerance).unwrap();
+        assert!(!simulation.choice().on_gpu, "{}", simulation.choice());
+        let found = simulation.work().unwrap();
+        let (a, b) = (found.springs, expected.springs);
+        assert!(b != 0.0 && (a - b).abs() <= 1e-6 * b.abs(), "{a} and {b}");
+        simulation.step(1e-3).unwrap();
+        assert!(simulation.work().unwrap() != found);
+    }
 }
 
 /// A model without elements is given a motor on the way, and what is asked of one state is the CPU's answer.

@@ -427,6 +427,26 @@ fn too_many_loops_are_refused() {
     );
 }
 
+/// Tolerances of mechanisms are met by the processor.
+#[test]
+fn tolerances_are_the_processors() {
+    let Some(device) = device() else { return };
+    let (model, state) = mechanism::jansen_leg().unwrap();
+    for tolerance in [1e-6, 1e-14] {
+        let tolerance = SolverOptions::to_tolerance(tolerance);
+        let host = Simulation::new(model.clone()).unwrap();
+        let remote = Simulation::on_gpu(&device, model.clone(), &Options::default()).unwrap();
+        let [mut host, mut remote] = [host, remote].map(|simulation| {
+            let mut simulation = simulation.with_solver(&tolerance).unwrap();
+            simulation.set_state(state.clone()).unwrap();
+            simulation.steps(1e-3, 3).unwrap();
+            simulation
+        });
+        assert!(!remote.choice().on_gpu, "{}", remote.choice());
+        assert_eq!(host.state().unwrap(), remote.state().unwrap());
+    }
+}
+
 /// Questions about one state are answered by the processor; loops open by hand are closed.
 #[test]
 fn questions_are_those_of_the_cpu() {

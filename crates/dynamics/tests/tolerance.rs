@@ -132,6 +132,32 @@ fn the_method_follows_the_tolerance() {
     }
 }
 
+/// Once what asked for precision has gone, so has the precision.
+#[test]
+fn the_method_comes_back_down() {
+    let model = generate::random_chain(30, &Rod::default(), 1).unwrap();
+    let (easy, forces) = inputs(&model, 1);
+    // Squares of such rates overflow in f32.
+    let mut fast = easy.clone();
+    fast.qd[3] = 1e25;
+    let mut solver = Solver::new(&model, &options(1e-2, Algorithm::Aba)).unwrap();
+    let mut precision = |state: &State| {
+        solver.forward_dynamics(&model, state, &forces).unwrap();
+        solver.achieved().unwrap().precision
+    };
+    assert_eq!(precision(&easy), Precision::F32);
+    assert_eq!(precision(&fast), Precision::F64);
+    let dear = (0..1000)
+        .take_while(|_| precision(&easy) == Precision::F64)
+        .count();
+    assert!(dear > 10 && dear < 100, "{dear}");
+    // Tried in vain, the cheaper method costs no solution.
+    assert_eq!(precision(&fast), Precision::F64);
+    for _ in 0..200 {
+        assert_eq!(precision(&fast), Precision::F64);
+    }
+}
+
 /// What is impossible is refused by name, and there is nothing to be read then.
 #[test]
 fn refusals() {

@@ -362,7 +362,11 @@ pub fn dca<'w>(
 ) -> Result<&'w [f64], Error> {
     forces.check(model)?;
     workspace.check_model(model)?;
-    refuse_looped(workspace.looped.as_ref(), "`dca`")?;
+    refuse_looped(
+        workspace.looped.as_ref(),
+        "`dca`",
+        "use `Simulation` or `Solver`, which do, or leave the loops open knowingly (`DcaWorkspace::of_tree`)",
+    )?;
     state.check(model)?;
     workspace.computed = false;
     workspace.wrenches_computed = false;

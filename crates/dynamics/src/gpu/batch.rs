@@ -10,6 +10,7 @@ mod tree;
 
 pub use choice::{BatchChoice, BatchOptions};
 
+use super::Kernels;
 use crate::{Algorithm, Error, Forces, Motor, Precision};
 use engine::{Engine, Failure, Fixed, Why};
 use forest::Forest;
@@ -99,7 +100,8 @@ impl Batch {
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
-        crate::loops::refuse_loops(model, "a batch on a GPU")?;
+        let remedy = "take the items' steps one by one by `Simulation`, which does";
+        crate::loops::refuse_loops(model, "a batch on a GPU", remedy)?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),
@@ -112,8 +114,9 @@ impl Batch {
             });
         }
         let choice = BatchChoice::of(model, items, options);
-        if choice.algorithm == Algorithm::Aba {
-            super::check_bare(model)?;
+        // Of no item nothing is computed.
+        if choice.algorithm == Algorithm::Aba && items > 0 {
+            super::check_bare(model, Kernels::Lanes)?;
         }
         let integrator = options.integrator.try_into()?;
         let fixed = Fixed::new(device, model, (items, choice.lanes as usize, integrator));
@@ -189,8 +192,8 @@ impl Batch {
     /// Replaces the forces that act on the items from now on.
     ///
     /// # Errors
-    /// [`Error::ItemCount`]; [`Error::Item`] with the first that do not fit the model; then all are as they
-    /// were. [`Error::Gpu`].
+    /// [`Error::ItemCount`]; [`Error::Item`] with the first that do not fit the model, by the articulated-body algorithm
+    /// also those with [`Error::JointInertiaUnavailable`]; then all are as they were. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &[Forces]) -> Result<(), Error> {
         let model = &self.fixed.model;
         self.check(forces, |forces| {
@@ -245,9 +248,7 @@ impl Batch {
         };
         match &mut self.engine {
             AnyEngine::Forest(forest) => forest.set_motor(fixed, (item, body), motor),
-            _ => Err(Error::ElementUnavailable {
-                body: known.name.clone(),
-            }),
+            _ => Err(Kernels::Lanes.element_unavailable(&known.name)),
         }
     }
 

@@ -38,34 +38,79 @@ use vertebra_assembly::{JointKind, Model};
 /// Refuses what kernels do not compute rather than leave it out.
 pub(crate) fn check_model(model: &Model) -> Result<(), Error> {
     if crate::loops::has_loops(model) {
-        return check_bare(model);
+        return check_bare(model, Kernels::Loops);
     }
     Ok(())
 }
 
-/// Refuses what kernels of loops and of the recursion in lanes do not compute: screws, and what acts in joints.
-fn check_bare(model: &Model) -> Result<(), Error> {
+/// Kernels that compute neither screws nor what acts in joints.
+#[derive(Clone, Copy, Debug)]
+enum Kernels {
+    /// Of closed loops.
+    Loops,
+    /// Of the recursion in lanes.
+    Lanes,
+}
+
+impl Kernels {
+    /// What users know them by, and what to take instead.
+    const fn describe(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Loops => (
+                "models with closed loops or couplings",
+                "simulate on `Device::cpu()`",
+            ),
+            Self::Lanes => (
+                "batches by the articulated-body algorithm",
+                "ask for divide and conquer (`BatchOptions::algorithm`)",
+            ),
+        }
+    }
+
+    fn element_unavailable(self, body: &str) -> Error {
+        let (by, remedy) = self.describe();
+        Error::ElementUnavailable {
+            body: body.to_owned(),
+            by,
+            remedy,
+        }
+    }
+
+    fn inertia_unavailable(self, body: &str) -> Error {
+        let (by, remedy) = self.describe();
+        Error::JointInertiaUnavailable {
+            body: body.to_owned(),
+            by,
+            remedy,
+        }
+    }
+}
+
+/// Refuses what such kernels do not compute.
+fn check_bare(model: &Model, kernels: Kernels) -> Result<(), Error> {
     let is_screw = |kind| matches!(kind, JointKind::Screw { .. });
     if let Some(body) = model.bodies().iter().find(|body| is_screw(body.joint.kind)) {
+        let (by, remedy) = kernels.describe();
         return Err(Error::JointUnavailable {
             body: body.name.clone(),
+            by,
+            remedy,
         });
     }
     match model.first_element().and_then(|id| model.body(id)) {
         None => Ok(()),
-        Some(body) => Err(Error::ElementUnavailable {
-            body: body.name.clone(),
-        }),
+        Some(body) => Err(kernels.element_unavailable(&body.name)),
     }
 }
 
-/// Refuses inertia of the freedoms' own.
+/// Refuses inertia of the freedoms' own, which the recursion in lanes does not compute.
 fn check_forces(model: &Model, forces: &Forces) -> Result<(), Error> {
     match forces.joint_inertia.iter().position(|&own| own != 0.0) {
         None => Ok(()),
-        Some(dof) => Err(Error::ElementUnavailable {
-            body: crate::forces::body_of_dof(model, dof),
-        }),
+        Some(dof) => {
+            let body = crate::forces::body_of_dof(model, dof);
+            Err(Kernels::Lanes.inertia_unavailable(&body))
+        }
     }
 }
 

@@ -388,20 +388,29 @@ pub(crate) fn first_loop(model: &Model) -> Option<String> {
 }
 
 /// Refuses a model that has this for a first loop.
-pub(crate) fn refuse_looped(first: Option<&String>, by: &'static str) -> Result<(), Error> {
+pub(crate) fn refuse_looped(
+    first: Option<&String>,
+    by: &'static str,
+    remedy: &'static str,
+) -> Result<(), Error> {
     match first {
         None => Ok(()),
         Some(name) => Err(Error::LoopsUnavailable {
             name: name.clone(),
             by,
+            remedy,
         }),
     }
 }
 
 /// Refuses a model with loops or couplings.
 #[cfg(feature = "gpu")]
-pub(crate) fn refuse_loops(model: &Model, by: &'static str) -> Result<(), Error> {
-    refuse_looped(first_loop(model).as_ref(), by)
+pub(crate) fn refuse_loops(
+    model: &Model,
+    by: &'static str,
+    remedy: &'static str,
+) -> Result<(), Error> {
+    refuse_looped(first_loop(model).as_ref(), by, remedy)
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -17,6 +17,10 @@ use vertebra_assembly::{Model, State};
 /// Steps between two measurements of the error: one takes about as long as eight steps of 2048 bodies on an H100.
 const EVERY: usize = 64;
 
+/// Measurements that a rung has to pass before the next cheaper one, which failed before, is tried again: making one and
+/// coming back from it takes as long as some hundred steps, of the 4096 in between a few hundredths.
+const RETRY: usize = 64;
+
 /// Corrections of a solution at most.
 const MOST_SWEEPS: usize = 3;
 
@@ -59,6 +63,8 @@ pub(super) struct Exact {
     at: usize,
     /// Steps until the error is measured again.
     left: usize,
+    /// Measurements that the rung in use has passed.
+    passed: usize,
     achieved: Option<Achieved>,
 }
 
@@ -88,6 +94,7 @@ impl Exact {
             rungs,
             at: 0,
             left: 0,
+            passed: 0,
             achieved: None,
         })
     }
@@ -100,7 +107,19 @@ impl Exact {
     /// Goes on to the next rung, to be measured before it is used.
     pub(super) const fn climb(&mut self) {
         self.at += 1;
+        self.passed = 0;
         self.measure_next();
+    }
+
+    /// Goes back to the next cheaper rung where it is time to, to be measured before it is used; says whether it does.
+    pub(super) const fn descend(&mut self) -> bool {
+        if self.at == 0 || self.passed < RETRY {
+            return false;
+        }
+        self.at -= 1;
+        self.passed = 0;
+        self.measure_next();
+        true
     }
 
     /// Has the error measured before the next step.
@@ -159,6 +178,7 @@ impl Exact {
             error,
         });
         self.left = EVERY;
+        self.passed += 1;
         Ok(error <= self.tolerance)
     }
 }
@@ -192,5 +212,29 @@ mod tests {
             exact.climb();
         }
         assert_eq!(rungs, [(F64, 0), (F64, 1), (F32, 2), (F32, 3)]);
+    }
+
+    /// A cheaper rung is tried again after a while, the cheapest has none.
+    #[test]
+    fn cheaper_rungs_are_tried_again() {
+        let model = generate::random_chain(20, &Rod::default(), 1).unwrap();
+        let mut exact = Exact::new(&model, true, 1e-9).unwrap();
+        let (state, forces) = (State::random(&model, 2), Forces::none(&model));
+        let mut workspace = Workspace::new(&model, Precision::F64);
+        let qdd = (crate::aba(&model, &state, &forces, &mut workspace).unwrap()).to_vec();
+        for climbed in [1, 0] {
+            let dearer = exact.rung();
+            if climbed == 1 {
+                exact.climb();
+            }
+            for _ in 0..RETRY {
+                assert!(!exact.descend());
+                let problem = (&model, &state, &forces);
+                assert!(exact.measure(problem, &qdd, &mut workspace).unwrap());
+                exact.count(EVERY);
+            }
+            assert_eq!(exact.descend(), climbed == 1);
+            assert_eq!(exact.rung(), dearer);
+        }
     }
 }

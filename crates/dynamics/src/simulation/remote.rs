@@ -62,7 +62,7 @@ impl Remote {
     }
 
     /// The same model with other precisions and chunks, in the neutral state; none where the device cannot be so
-    /// exact.
+    /// exact, or nothing could tell whether it is.
     pub(super) fn with_solver(
         &mut self,
         model: &Model,
@@ -86,10 +86,10 @@ impl Remote {
         };
         let has_f64 = self.device.features().contains(Features::SHADER_F64);
         let exact = Exact::new(model, has_f64, tolerance)?;
-        let Some(rung) = exact.rung() else {
+        let elements = self.simulation.elements();
+        let (Some(rung), Ok(())) = (exact.rung(), check_measurable(model, elements)) else {
             return Ok(None);
         };
-        check_measurable(model, self.simulation.elements())?;
         let simulation = (self.simulation).with_options(model, &rung.options(&own))?;
         Ok(Some(Self {
             options: own,
@@ -170,10 +170,10 @@ impl Remote {
                 next = next.min(exact.steps_to_next());
             }
             self.is_ahead = true;
-            let (done, outcome) = match self.simulation.steps(h, next) {
-                Err(Error::Step { step, source, .. }) => (step, Err(failed(taken + step, *source))),
+            let (done, refused) = match self.simulation.steps(h, next) {
+                Err(Error::Step { step, source, .. }) => (step, Some(*source)),
                 Err(error) => return Err(error),
-                Ok(()) => (next, Ok(())),
+                Ok(()) => (next, None),
             };
             taken += done;
             if let Some(monitor) = monitor {
@@ -182,7 +182,14 @@ impl Remote {
             if let Some(exact) = &mut self.exact {
                 exact.count(done);
             }
-            outcome?;
+            match refused {
+                None => {}
+                Some(error) if self.exact.is_some() && is_of_precision(&error) => {
+                    self.climb(problem)
+                        .map_err(|source| failed(taken, source))?;
+                }
+                Some(error) => return Err(failed(taken, error)),
+            }
             if taken == count {
                 return Ok(());
             }
@@ -223,11 +230,17 @@ impl Remote {
     /// then used.
     fn meet(&mut self, problem: Problem<'_>) -> Result<Vec<f64>, Error> {
         let Problem { model, forces, .. } = problem;
+        if self.exact.as_mut().is_some_and(|exact| exact.descend()) {
+            self.take_rung(problem)?;
+        }
         loop {
             let Some(exact) = &mut self.exact else {
                 return self.simulation.accelerations();
             };
-            check_measurable(model, self.simulation.elements())?;
+            // A motor was set since: whether the tolerance is met only the processor can tell.
+            if check_measurable(model, self.simulation.elements()).is_err() {
+                return Err(exact.missed());
+            }
             let refused = match self.simulation.solved() {
                 Ok((state, qdd)) => {
                     let problem = (model, &state, forces);
@@ -240,30 +253,54 @@ impl Remote {
                 }
                 Err(error) => Some(error),
             };
-            // Of more precision there may be an answer.
             match refused {
-                None
-                | Some(
-                    Error::SingularJoint { .. } | Error::Unjoined { .. } | Error::Overflow { .. },
-                ) => {}
-                Some(error) => return Err(error),
+                Some(error) if !is_of_precision(&error) => return Err(error),
+                _ => self.climb(problem)?,
             }
+        }
+    }
+
+    /// Goes on by the next dearer rung, to be measured before its first step.
+    fn climb(&mut self, problem: Problem<'_>) -> Result<(), Error> {
+        if let Some(exact) = &mut self.exact {
             exact.climb();
+        }
+        self.take_rung(problem)
+    }
+
+    /// Goes on by the rung that is in use now, or the next dearer one that fits the device.
+    fn take_rung(&mut self, problem: Problem<'_>) -> Result<(), Error> {
+        let Some(exact) = &mut self.exact else {
+            return Ok(());
+        };
+        let mut simulation = loop {
             let Some(rung) = exact.rung() else {
                 return Err(exact.missed());
             };
             let own = rung.options(&self.options);
-            let mut simulation = self.simulation.with_options(model, &own)?;
-            if self.is_ahead {
-                simulation.set_state(&self.simulation.state()?)?;
-            } else {
-                simulation.set_state(problem.state)?;
+            match self.simulation.with_options(problem.model, &own) {
+                Err(Error::ModelTooLarge { .. }) => exact.climb(),
+                made => break made?,
             }
-            simulation.set_integrator(self.simulation.options().integrator)?;
-            simulation.set_forces(forces)?;
-            self.simulation = simulation;
+        };
+        if self.is_ahead {
+            simulation.set_state(&self.simulation.state()?)?;
+        } else {
+            simulation.set_state(problem.state)?;
         }
+        simulation.set_integrator(self.simulation.options().integrator)?;
+        simulation.set_forces(problem.forces)?;
+        self.simulation = simulation;
+        Ok(())
     }
+}
+
+/// Whether more precision may have an answer where there was none.
+const fn is_of_precision(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::SingularJoint { .. } | Error::Unjoined { .. } | Error::Overflow { .. }
+    )
 }
 
 /// The memory of checks, made when first asked for.
@@ -273,7 +310,11 @@ fn checking<'a>(checks: &'a mut Option<Box<Workspace>>, model: &Model) -> &'a mu
 
 /// Refuses what the processor's check of a device's accelerations would leave out.
 fn check_measurable(model: &Model, elements: Option<&Elements>) -> Result<(), Error> {
-    refuse_loops(model, "a check of accelerations on a GPU")?;
+    refuse_loops(
+        model,
+        "a check of accelerations on a GPU",
+        "simulate on `Device::cpu()`, or leave the monitor out",
+    )?;
     if elements.is_some_and(|elements| !elements.is_idle()) {
         return Err(unavailable(
             "a check of accelerations of models with springs, rotors or motors",

@@ -2,6 +2,7 @@
 
 use super::schedule::Schedule;
 use super::tree::Tree;
+use crate::gpu::{Kernels, check_bare};
 use crate::{Algorithm, Integrator, Precision, cost};
 use core::fmt;
 use vertebra_assembly::Model;
@@ -29,6 +30,8 @@ pub struct BatchChoice {
     pub algorithm: Algorithm,
     /// Whether it was asked for.
     pub forced: bool,
+    /// Whether no other algorithm computes the model's screws, or what acts in its joints, in batches on a GPU.
+    pub only: bool,
     /// Lanes an item, of the articulated-body algorithm.
     pub lanes: u32,
     /// Expected time of accelerations by the articulated-body algorithm \[s\].
@@ -65,16 +68,19 @@ impl BatchChoice {
         } else {
             Algorithm::Aba
         };
+        let is_bare = check_bare(model, Kernels::Lanes).is_ok();
+        let forced = options.algorithm.is_some() || options.lanes.is_some();
         Self {
             // Lanes are of the recursion alone.
             algorithm: match (options.algorithm, options.lanes) {
                 _ if items == 0 => Algorithm::Aba,
                 (Some(asked), _) => asked,
                 (None, Some(_)) => Algorithm::Aba,
-                (None, None) if super::super::check_bare(model).is_err() => Algorithm::Dca,
+                (None, None) if !is_bare => Algorithm::Dca,
                 (None, None) => faster,
             },
-            forced: options.algorithm.is_some() || options.lanes.is_some(),
+            forced,
+            only: !forced && !is_bare && items > 0,
             lanes,
             aba_s,
             dca_s,
@@ -90,6 +96,8 @@ impl fmt::Display for BatchChoice {
         }
         let why = if self.forced {
             "as asked"
+        } else if self.only {
+            "which alone computes screws and what acts in joints"
         } else {
             "expected to be faster"
         };

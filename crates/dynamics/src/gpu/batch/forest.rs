@@ -201,10 +201,7 @@ fn copies(model: &Model, items: usize) -> Result<Model, Error> {
         bodies.extend(one.bodies.iter().map(|body| BodyDescription {
             name: numbered(&body.name),
             parent: body.parent.as_deref().map(numbered),
-            joint: vertebra_assembly::Joint {
-                mimic: None,
-                ..body.joint.clone()
-            },
+            joint: body.joint.clone(),
             mass: body.mass,
         }));
     }

@@ -9,15 +9,20 @@ use vertebra_gpu::wgpu::Limits;
 /// bodies that would fit of a model like it.
 pub(super) fn check<T: Scalar, L: Scalar>(tables: &Tables, limits: &Limits) -> Result<(), Error> {
     let (four, joined) = (4 * size_of::<T>(), 4 * size_of::<L>());
-    let bytes = [
+    let of_bodies = [
         tables.scratch_len() * four,
         tables.nodes_len() * joined,
         tables.links.len() * four,
         tables.state_len() * size_of::<T>(),
         tables.words.len() * size_of::<u32>(),
-        tables.loops.map_or(0, |loops| loops.memory) * size_of::<T>(),
     ];
-    let needed = bytes.into_iter().max().unwrap_or(0) as u64;
+    let of_bodies = of_bodies.into_iter().max().unwrap_or(0);
+    let of_loops = tables.loops.map_or(0, |loops| loops.memory) * size_of::<T>();
+    let (needed, what) = if of_loops > of_bodies {
+        (of_loops as u64, "closed loops")
+    } else {
+        (of_bodies as u64, "bodies")
+    };
     let bodies = tables.bodies.len();
     for (limit, available) in [
         (
@@ -32,6 +37,7 @@ pub(super) fn check<T: Scalar, L: Scalar>(tables: &Tables, limits: &Limits) -> R
             let fit = usize::try_from(share - share / 16).unwrap_or(bodies);
             return Err(Error::ModelTooLarge {
                 bodies,
+                what,
                 fit,
                 limit,
                 available,

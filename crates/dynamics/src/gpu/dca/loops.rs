@@ -37,9 +37,9 @@ struct Chained {
 }
 
 impl Chained {
-    fn new(constraint: Constraint, s: &Sweeps<f64>) -> Self {
-        let paths =
-            ends(&constraint, s).map(|end| end.map_or(Vec::new(), |(body, _)| s.path_to(body)));
+    fn new(constraint: Constraint, s: &Sweeps<f64>, body_of_dof: &[usize]) -> Self {
+        let paths = ends(&constraint, body_of_dof)
+            .map(|end| end.map_or(Vec::new(), |body| s.path_to(body)));
         let common = (paths[0].iter().zip(&paths[1]))
             .take_while(|(a, b)| a == b)
             .count();
@@ -57,19 +57,16 @@ impl Chained {
     }
 }
 
-/// The bodies at both ends; of a coupling with the entry of its row.
-fn ends(constraint: &Constraint, s: &Sweeps<f64>) -> [Option<(usize, f64)>; 2] {
+/// The bodies at both ends, none for the world.
+fn ends(constraint: &Constraint, body_of_dof: &[usize]) -> [Option<usize>; 2] {
     match &constraint.kind {
         Kind::Loop(closing) => {
             let Closing { ends, .. } = &**closing;
-            [0, 1].map(|k| ends[k].as_ref().map(|end| (end.body, 0.0)))
+            ends.each_ref().map(|end| end.as_ref().map(|end| end.body))
         }
-        Kind::Coupling { entries, .. } => entries.map(|(slot, entry)| {
-            let dof = constraint.dofs[slot];
-            (s.links.iter())
-                .position(|link| (link.v..link.v + link.kind.dof_count()).contains(&dof))
-                .map(|body| (body, entry))
-        }),
+        Kind::Coupling { entries, .. } => {
+            entries.map(|(slot, _)| Some(body_of_dof[constraint.dofs[slot]]))
+        }
     }
 }
 
@@ -79,11 +76,14 @@ impl LoopTables {
         if !crate::loops::has_loops(model) {
             return Ok(None);
         }
-        crate::gpu::check_bare(model)?;
         let s = Sweeps::<f64>::new(model);
         let (constraints, ..) = Constraint::of_model(model, &s);
+        let mut body_of_dof = vec![0; model.dof_count()];
+        for (body, link) in s.links.iter().enumerate() {
+            body_of_dof[link.v..][..link.kind.dof_count()].fill(body);
+        }
         let constraints: Vec<Chained> = (constraints.into_iter())
-            .map(|constraint| Chained::new(constraint, &s))
+            .map(|constraint| Chained::new(constraint, &s, &body_of_dof))
             .collect();
         let roots = roots(&s.links);
         let mut carried: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -130,24 +130,31 @@ fn roots(links: &[Link<f64>]) -> Vec<Option<usize>> {
 
 /// Constraints that move the same joints, directly or through others.
 fn groups<'a>(constraints: &'a [Chained], roots: &[Option<usize>]) -> Vec<Vec<&'a Chained>> {
-    let mut group_of: Vec<usize> = (0..constraints.len()).collect();
+    // Each points to an earlier one of its group, the first of a group to itself.
+    let mut earlier: Vec<usize> = (0..constraints.len()).collect();
     let mut first_of: BTreeMap<usize, usize> = BTreeMap::new();
     for (index, chained) in constraints.iter().enumerate() {
         for root in chained.bodies().filter_map(|body| roots[body]) {
-            let first = *first_of.entry(root).or_insert(index);
-            let (mine, theirs) = (group_of[index], group_of[first]);
-            if mine != theirs {
-                for group in group_of.iter_mut().filter(|group| **group == mine) {
-                    *group = theirs;
-                }
-            }
+            let other = *first_of.entry(root).or_insert(index);
+            let firsts = [index, other].map(|one| first_of_group(&mut earlier, one));
+            earlier[firsts[0].max(firsts[1])] = firsts[0].min(firsts[1]);
         }
     }
     let mut groups: BTreeMap<usize, Vec<&Chained>> = BTreeMap::new();
-    for (chained, group) in constraints.iter().zip(group_of) {
-        groups.entry(group).or_default().push(chained);
+    for (index, chained) in constraints.iter().enumerate() {
+        let first = first_of_group(&mut earlier, index);
+        groups.entry(first).or_default().push(chained);
     }
     groups.into_values().collect()
+}
+
+/// The first constraint of a group; halves the way to it.
+fn first_of_group(earlier: &mut [usize], mut index: usize) -> usize {
+    while earlier[index] != index {
+        earlier[index] = earlier[earlier[index]];
+        index = earlier[index];
+    }
+    index
 }
 
 /// Constraints that are solved together, and the bodies that they know of.

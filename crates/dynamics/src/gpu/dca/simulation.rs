@@ -9,7 +9,7 @@ use super::scalar::Scalar;
 use super::tables::Tables;
 use super::transfer::Transfer;
 use crate::dca::plan::{self, Plan};
-use crate::gpu::Explicit;
+use crate::gpu::{Explicit, Kernels};
 use crate::link::Scales;
 use crate::loops::{self, Loops};
 use crate::{Elements, Error, Forces, Integrator, Precision};
@@ -221,7 +221,8 @@ impl Simulation {
         let own = forces.joint_inertia.iter().position(|&own| own != 0.0);
         if let (None, Some(dof)) = (&self.elements, own) {
             let body = crate::forces::body_of_dof(&self.model, dof);
-            self.take_elements(Elements::new(&self.model).into(), &body)?;
+            let elements = Elements::new(&self.model).into();
+            self.take_elements(elements, (&body, Kernels::inertia_unavailable))?;
         }
         let mut control = vec![0; self.control.len()];
         let pushes = self.transfer().pushes(forces, &mut control);

@@ -2,9 +2,9 @@
 
 use super::{Engines, Simulation};
 use crate::elements::PASSES;
-use crate::gpu::Explicit;
 use crate::gpu::dca::Options;
 use crate::gpu::dca::engine::{JOINT_FORCES, Task};
+use crate::gpu::{Explicit, Kernels};
 use crate::{Elements, Error, Forces, Motor, Work};
 use vertebra_assembly::{BodyId, Model};
 use vertebra_gpu::Timing;
@@ -32,7 +32,7 @@ impl Simulation {
         let mut elements = Box::new(Elements::new(&self.model));
         elements.set_motor(body, motor)?;
         let name = self.model.bodies()[body.index()].name.clone();
-        self.take_elements(elements, &name)
+        self.take_elements(elements, (&name, Kernels::element_unavailable))
     }
 
     /// What acts in the joints; none where nothing ever did. [`work`](Self::work) is done on the device, and not
@@ -78,16 +78,15 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes on with kernels for elements, the first of which acts in a body's joint.
+    /// Goes on with kernels for elements, the first of which acts in a body's joint; `refused` says what that is where
+    /// there are no such kernels.
     pub(super) fn take_elements(
         &mut self,
         elements: Box<Elements>,
-        body: &str,
+        (body, refused): (&str, fn(Kernels, &str) -> Error),
     ) -> Result<(), Error> {
         if crate::loops::has_loops(&self.model) {
-            return Err(Error::ElementUnavailable {
-                body: body.to_owned(),
-            });
+            return Err(refused(Kernels::Loops, body));
         }
         let state = self.state()?;
         let device = in_engine!(&self.engines, engine => engine.device().clone());
