@@ -163,7 +163,7 @@ impl Subject {
         let loops = self.model.loops().len();
         Ok(timing.map(|timing| Row {
             error_residual: Some(violation),
-            note: format!("{loops} loops; the residual is the violation over the loop's size after {STEPS} steps"),
+            note: format!("{loops} loops, in f64 whatever the tree is in; the residual is the violation over the loop's size after {STEPS} steps"),
             ..Row::new(
                 &format!("{NAME} {}", self.model.name()),
                 "step",

@@ -34,6 +34,12 @@ impl Integrator {
 /// Iterations of an implicit step at most: those that converge gain a digit in two at the least.
 const ITERATIONS: u32 = 50;
 
+/// Rounding of rates in such an iteration, in epsilons of the largest.
+const SETTLED: f64 = 16.0;
+
+/// The same where iterations stall: rounding of accelerations, as stiff loops and unequal masses enlarge it.
+const STALLED: f64 = 4096.0;
+
 /// Memory of the integrators for one model.
 #[derive(Clone, Debug)]
 pub(crate) struct Stages {
@@ -192,7 +198,8 @@ impl Step<'_> {
     /// qd' = qd + h a with a = qdd(q_m, qd_m), where the midpoint is qd_m = qd + h/2 a and q_m = q moved
     /// by h/2 qd_m; q' = q moved by h qd_m. Turning rates are in axes that turn about them, so that moving
     /// twice by half is moving once, and rates of positions are taken in the axes of the midpoint: seen
-    /// from q' and -h all of it is the same. Iterated on a, from the start's, until rounding is left.
+    /// from q' and -h all of it is the same. Iterated on a, from the start's, until rounding is left: of the
+    /// rates or, where loops or masses make it more, what further iterations no longer lessen.
     fn midpoint(
         &mut self,
         solver: &mut Solver,
@@ -213,10 +220,10 @@ impl Step<'_> {
             acceleration_sum: found,
             ..
         } = stages;
-        let rounding = 16.0 * solver.choice().tree.epsilon();
+        let epsilon = solver.choice().tree.epsilon();
         found.copy_from_slice(Self::accelerations(given, elements, solver, start, 0.0)?);
         stage.time = start.time + 0.5 * h;
-        let mut first = f64::INFINITY;
+        let (mut first, mut last) = (f64::INFINITY, f64::INFINITY);
         for iteration in 1..=ITERATIONS {
             for dof in 0..found.len() {
                 stage.qd[dof] = start.qd[dof] + 0.5 * h * found[dof];
@@ -233,6 +240,8 @@ impl Step<'_> {
                 largest = largest.max(qd.abs()).max((h * qdd).abs());
                 *found = qdd;
             }
+            let stalled = change > 0.5 * last;
+            let rounding = epsilon * if stalled { STALLED } else { SETTLED };
             if change <= rounding * largest {
                 for dof in 0..found.len() {
                     next.qd[dof] = start.qd[dof] + h * found[dof];
@@ -249,6 +258,7 @@ impl Step<'_> {
                 });
             }
             first = first.min(change);
+            last = change;
         }
         Ok(())
     }

@@ -9,6 +9,8 @@ use vertebra::files::bvh::{Options, parse};
 use vertebra::glam::DVec3;
 use vertebra::{Simulation, Wrench};
 
+/// Time step \[s\].
+const STEP: f64 = 1e-3;
 /// When it lets go \[s\].
 const TRIPS: f64 = 0.5;
 /// Stiffness [N/m] and damping [N s/m] of the floor, per place that touches.
@@ -37,14 +39,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         motion.len(),
         motion.duration()
     );
-    let start = motion.state(&model, TRIPS)?;
+    let mut captured = motion.state(&model, 0.0)?;
     let bodies: Vec<_> = model.body_ids().collect();
-    let scene = Scene::new(&model, capture.parts, [1e-3, 1.0 / 30.0], 100)?;
+    let scene = Scene::new(&model, capture.parts, [STEP, 1.0 / 30.0], 600)?;
 
     let mut simulation = Simulation::new(model)?;
-    simulation.set_state(start)?;
+    simulation.set_state(captured.clone())?;
     let begin = simulation.mechanics()?;
     scene.run(&mut simulation, |simulation| {
+        // It walks as it was captured, whatever acts on it. The last of these states is where the fall begins.
+        let time = simulation.time();
+        if time <= TRIPS {
+            motion.interpolate(simulation.model(), time, &mut captured)?;
+            simulation.set_state(captured.clone())?;
+            return Ok(());
+        }
         simulation.forces_mut().clear_external();
         for &id in &bodies {
             let (pose, speed) = (simulation.pose(id)?, simulation.velocity(id)?.linear);
