@@ -26,7 +26,7 @@ pub fn violations() -> Outcome {
                 simulation.step(STEP)?;
             }
             let violation = simulation
-                .loop_violation()
+                .loop_violation()?
                 .map_or(f64::NAN, |found| found.position);
             figures.push(Figure::new(
                 format!("{} {precision}", model.name()),

@@ -86,7 +86,7 @@ fn steps(
     let error = relative_error(&gpu.state()?.qd, &cpu.state()?.qd);
     let further = if is_software(device) { 16 } else { 1600 };
     gpu.steps(STEP, further)?;
-    let found = gpu.loop_violation();
+    let found = gpu.loop_violation()?;
     let violation = found.map_or(f64::NAN, |found| found.position);
     Ok((error, worst_of(violation, 0.0)))
 }
