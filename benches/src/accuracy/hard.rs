@@ -242,7 +242,7 @@ impl Hard {
                 let turns = (real(bodies) / 8.0).powi(2);
                 of(turns, turns, 8.0 * turns, turns)
             }
-            Self::Taper(_) => of(4.0, 4.0, 4.0, 4.0),
+            Self::Taper(_) => of(4.0, 4.0, 4.0, 1.0),
             Self::TaperedTree(ratio) if ratio > 1.0 => of(f64::INFINITY, 1e5, 100.0, 1.0),
             Self::SpinningRods => of(1e8, 2e5, 2e4, 1e6),
             Self::Universal => of(4.0, 1.0, 1.0, 2.0),

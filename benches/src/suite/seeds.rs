@@ -99,7 +99,7 @@ impl Bounds {
     ///
     /// One correction squares what joins have lost, (6e-7)^2 and (2.2e-5)^2. The second takes out the drift of places
     /// too and ends at the rounding of its own equations: a quarter of what one correction of the recursion may leave.
-    /// All of these are about four times what is measured.
+    /// All of these are about four times what is measured, and tapered chains, which without that ended at 30 sqrt(n) eps, far less.
     ///
     /// None where not one digit is promised.
     pub(super) fn of(case: &Case, entry: &Entry) -> Option<Self> {

@@ -393,8 +393,8 @@ pub(crate) fn carried_over(
 }
 
 impl Model {
-    /// The loops that further joints close. [`Simulation`] on the CPU keeps them; algorithms that would give
-    /// accelerations of the tree alone refuse them unless told to.
+    /// The loops that further joints close. [`Simulation`] keeps them, on the CPU and on a GPU; algorithms that
+    /// would give accelerations of the tree alone refuse them unless told to.
     ///
     /// [`Simulation`]: https://docs.rs/vertebra-dynamics
     #[must_use]

@@ -200,7 +200,8 @@ impl Model {
         self.bodies().iter().position(has).map(body_id)
     }
 
-    /// The same model without elements in its joints: bodies, and the motions that joints allow.
+    /// The same model without elements in its joints: bodies, frames, the motions that joints allow, and the
+    /// loops and couplings (mimics too) that bind them.
     #[must_use]
     pub fn bare(&self) -> Self {
         let mut inner = Inner::clone(&self.inner);
@@ -211,9 +212,12 @@ impl Model {
                 child_placement,
                 ..
             } = body.joint;
-            body.joint = Joint::new(kind)
-                .at(parent_placement)
-                .on_child(child_placement);
+            body.joint = Joint {
+                parent_placement,
+                child_placement,
+                mimic: body.joint.mimic.take(),
+                ..Joint::new(kind)
+            };
         }
         Self {
             inner: Arc::new(inner),

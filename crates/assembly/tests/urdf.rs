@@ -9,7 +9,7 @@
 use glam::{DMat3, DVec3};
 use vertebra_assembly::urdf::{self, Mesh, Options, Problem, Robot, Role, Shape};
 use vertebra_assembly::xml::XmlProblem;
-use vertebra_assembly::{Joint, JointKind, Random};
+use vertebra_assembly::{BodyId, Joint, JointKind, Random};
 
 /// A robot of these elements, which start on line 2.
 fn robot(elements: &str) -> String {
@@ -66,6 +66,58 @@ fn joint_types_and_defaults() {
     let moon = Options::default().gravity(DVec3::new(0.0, 0.0, -1.62));
     let robot = urdf::parse(&one_joint("revolute", ""), &moon).unwrap();
     assert_eq!(robot.model.gravity().z, -1.62);
+}
+
+/// Two slides across the normal, whatever its length, and a turn about it.
+#[test]
+fn a_planar_joint_moves_in_its_plane() {
+    let rest = "<origin xyz='0 0 2'/><axis xyz='1e-200 2e-200 -3e-200'/><limit effort='1'/>";
+    let follower = joint("k", "revolute", "arm", "tool", "<mimic joint='j'/>");
+    let elements = link("base")
+        + &link("arm")
+        + &link("tool")
+        + &joint("j", "planar", "base", "arm", rest)
+        + &follower;
+    let read = read(&robot(&elements));
+    let listed: Vec<_> = read.ignored.iter().map(ToString::to_string).collect();
+    assert_eq!(listed.len(), 2, "{listed:?}");
+    assert!(listed[0].contains("<limit>"));
+    assert!(listed[1].ends_with("the joint `j` has several freedoms"));
+    let model = &read.model;
+    let bodies = model.bodies();
+    let names: Vec<_> = bodies.iter().map(|body| body.name.as_str()).collect();
+    assert_eq!(names, ["arm.1", "arm.2", "arm", "tool"]);
+    assert_eq!(read.joints["j"], BodyId(2));
+    let JointKind::Revolute { axis } = bodies[2].joint.kind else {
+        panic!("{:?}", bodies[2].joint.kind)
+    };
+    let normal = DVec3::new(1.0, 2.0, -3.0).normalize();
+    assert!((axis - normal).length() < 1e-15);
+    for body in &bodies[..2] {
+        let JointKind::Prismatic { axis } = body.joint.kind else {
+            panic!("{:?}", body.joint.kind)
+        };
+        assert!(axis.dot(normal).abs() < 1e-15);
+    }
+    assert_eq!(bodies[0].joint.parent_placement.translation.z, 2.0);
+
+    let still = one_joint("planar", "<axis xyz='0 0 0'/>");
+    let error = urdf::parse(&still, &Options::default()).unwrap_err();
+    assert!(
+        error.to_string().contains("`xyz` states no rotation"),
+        "{error}"
+    );
+    // What is wrong with the bodies between is said of the link.
+    let taken = robot(&(elements.replace("tool", "arm.1")));
+    let error = urdf::parse(&taken, &Options::default()).unwrap_err();
+    assert!(error.to_string().contains("link `arm.1`"), "{error}");
+    let light = one_joint("planar", "").replace("value=\"1\"", "value=\"0\"");
+    let light = light
+        .replace("xx=\"1\"", "xx=\"0\"")
+        .replace("yy=\"1\"", "yy=\"0\"");
+    let light = light.replace("zz=\"1\"", "zz=\"0\"");
+    let error = urdf::parse(&light, &Options::default()).unwrap_err();
+    assert!(error.to_string().contains("`arm`"), "{error}");
 }
 
 #[test]

@@ -343,7 +343,7 @@ fn references_must_form_one_tree() {
 
 #[test]
 fn what_cannot_be_simulated_is_refused() {
-    for kind in ["planar", "ball", "Revolute", "universal"] {
+    for kind in ["Planar", "ball", "Revolute", "universal"] {
         let text = robot(&[BASE, ARM, &JOINT.replace("revolute", kind)].concat());
         let problem = refused(&text, 4, &["joint `j`", kind, "revolute"]);
         assert_problem!(problem, Problem::UnsupportedJoint { .. });

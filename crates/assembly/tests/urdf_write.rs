@@ -6,7 +6,8 @@
 use glam::{DMat3, DVec3};
 use vertebra_assembly::urdf::{self, Options, WriteError, write};
 use vertebra_assembly::{
-    Joint, JointLimits, MassProperties, Mimic, Model, ModelDescription, Random, generate,
+    Closure, Joint, JointLimits, MassProperties, Mimic, Model, ModelDescription, Random, Spring,
+    generate,
 };
 use vertebra_spatial::Pose;
 
@@ -214,6 +215,17 @@ fn what_urdf_cannot_state_is_named() {
             property: "damping"
         })
     );
+    let sprung = Joint {
+        spring: Some(Spring::at(1.0, 0.0)),
+        ..Joint::revolute(DVec3::X)
+    };
+    assert_eq!(
+        write(&one("b", sprung)),
+        Err(WriteError::Property {
+            body: "b".to_owned(),
+            property: "a spring"
+        })
+    );
     for name in ["a\u{0}b", "$(arg)", "x${y}"] {
         let error = write(&one(name, Joint::free())).unwrap_err();
         assert_eq!(
@@ -224,4 +236,46 @@ fn what_urdf_cannot_state_is_named() {
         );
         assert!(error.to_string().contains("rename"));
     }
+}
+
+/// Couplings are mimics there; of what is more than that, and of loops, nothing is dropped.
+#[test]
+fn couplings_are_written_and_loops_are_named() {
+    let rod = MassProperties::rod(1.0, 0.5, 0.01);
+    let hinge = |x: f64| Joint::revolute(DVec3::Y).at(Pose::from_translation(DVec3::X * x));
+    let gears = ModelDescription::new("gears")
+        .body("a", None, hinge(0.0), rod)
+        .body("b", None, hinge(0.5), rod)
+        .body("c", None, hinge(1.0), rod)
+        .couple("ab", "a", "b", -1.0 / 3.0, 0.1)
+        .couple("cb", "c", "b", 0.7, 1e-9);
+    let text = write(&gears.clone().build().unwrap()).unwrap();
+    let again = urdf::parse(&text, &Options::default()).unwrap().model;
+    let law = |model: &Model| {
+        let found = model.couplings();
+        let found = found.map(|c| (c.body, c.other, c.ratio.to_bits(), c.offset.to_bits()));
+        found.collect::<Vec<_>>()
+    };
+    assert_eq!(law(&again), law(&gears.clone().build().unwrap()));
+    assert_eq!(law(&again).len(), 2);
+
+    let twice = gears.clone().couple("ac", "a", "c", 2.0, 0.0);
+    let error = write(&twice.build().unwrap()).unwrap_err();
+    let (name, body) = ("ac".to_owned(), "a".to_owned());
+    assert_eq!(error, WriteError::Coupling { name, body });
+    let mut mimicking = gears.clone();
+    mimicking.bodies[2].joint.mimic = Some(Mimic {
+        body: "a".to_owned(),
+        multiplier: 1.0,
+        offset: 0.0,
+    });
+    let error = write(&mimicking.build().unwrap()).unwrap_err();
+    let (name, body) = ("cb".to_owned(), "c".to_owned());
+    assert_eq!(error, WriteError::Coupling { name, body });
+
+    let tips = [Pose::from_translation(DVec3::Z); 2];
+    let closed = gears.close("tips", [Some("a"), Some("b")], tips, Closure::Ball);
+    let error = write(&closed.build().unwrap()).unwrap_err();
+    let name = "tips".to_owned();
+    assert_eq!(error, WriteError::Loop { name });
 }

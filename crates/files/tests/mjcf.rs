@@ -275,6 +275,24 @@ fn closed_loops_move_as_mujocos_equalities_demand() {
     }
 }
 
+/// Fields are public: no range of control makes a panic, and what is no number stays none.
+#[test]
+fn a_control_is_brought_into_any_range() {
+    let text = with("<joint name='j'/><geom size='1'/>").replace(
+        "</worldbody>",
+        "</worldbody><actuator><motor joint='j' ctrlrange='-1 2'/></actuator>",
+    );
+    let mut actuator = parse(&text).unwrap().actuators.remove(0);
+    for (control, force) in [(-3.0, -1.0), (0.5, 0.5), (7.0, 2.0)] {
+        assert_eq!(actuator.motor(control).force, force);
+    }
+    assert!(actuator.motor(f64::NAN).force.is_nan());
+    for range in [[2.0, -1.0], [f64::NAN, 1.0], [0.0, f64::NAN]] {
+        actuator.control_range = Some(range);
+        assert!(!actuator.motor(0.5).force.is_nan());
+    }
+}
+
 /// Joint forces of actuators by hand, and why others are no motors.
 #[test]
 fn actuators_are_motors_where_they_are_affine() {
@@ -425,6 +443,20 @@ fn mistakes_are_named_with_line_and_element() {
     );
     refused(&geom("type='torus' size='1'"), 5, "`torus` in `type`");
     refused(&geom("size='a'"), 5, "is not a number");
+    for attributes in ["limited='true'", "actuatorfrclimited='true'"] {
+        let limited = with(&format!("<joint {attributes}/><geom size='1'/>"));
+        let wanted = if attributes.starts_with('l') {
+            "no attribute `range`"
+        } else {
+            "no attribute `actuatorfrcrange`"
+        };
+        refused(&limited, 4, wanted);
+    }
+    let driven = with("<joint name='j'/><geom size='1'/>").replace(
+        "</worldbody>",
+        "</worldbody><actuator><motor joint='j' ctrllimited='true'/></actuator>",
+    );
+    refused(&driven, 5, "no attribute `ctrlrange`");
     refused(&geom("size='1' quat='0 0 0 0'"), 5, "states no rotation");
     refused(
         &geom("size='1' quat='1 0 0 0' euler='0 0 0'"),

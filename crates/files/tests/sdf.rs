@@ -106,7 +106,7 @@ fn joints_turn_about_the_axes_stated() {
     let between = model.body(mast.parent.unwrap()).unwrap();
     state.q[between.position_start] = 0.4;
     state.q[mast.position_start] = -0.3;
-    let mut workspace = Workspace::new(model, Precision::F64);
+    let mut workspace = Workspace::of_tree(model, Precision::F64);
     forward_kinematics(model, &state, &mut workspace).unwrap();
     let seen = workspace.pose(model.find("rover::mast").unwrap()).unwrap();
     let chassis = workspace

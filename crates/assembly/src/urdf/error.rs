@@ -56,7 +56,7 @@ pub enum Problem {
     },
     /// A joint of a type that cannot be modelled.
     #[error(
-        "joints of type `{kind}` are not supported; use revolute, continuous, prismatic, fixed or floating ones (several, with massless links between, make a compound joint)"
+        "joints of type `{kind}` are not supported; use revolute, continuous, prismatic, planar, fixed or floating ones (several, with massless links between, make a compound joint)"
     )]
     UnsupportedJoint {
         /// The type.

@@ -1,10 +1,10 @@
 //! From links and joints to bodies: fixed joints are folded away or kept.
 
-use super::joint::Joint;
+use super::joint::{Joint, Kind};
 use super::link::Link;
 use super::tree::{self, Tree};
 use super::{Ignored, Location, Options, Problem, UrdfError};
-use crate::{self as assembly, JointKind, MassProperties, ModelDescription, ModelError};
+use crate::{self as assembly, MassProperties, ModelDescription, ModelError};
 use std::collections::HashMap;
 use vertebra_spatial::Pose;
 
@@ -86,13 +86,15 @@ impl File<'_> {
             };
             let read = &self.joints[carrier.joint];
             let parent = places[carrier.parent];
-            let joint = assembly::Joint {
+            let mimic = self.mimic(read, &joints, options, ignored);
+            let joint = read.kind.compound().map(|joint| assembly::Joint {
                 limits: read.limits,
                 damping: read.damping,
                 friction: read.friction,
-                mimic: self.mimic(read, &joints, options, ignored),
-                ..assembly::Joint::new(read.kind).at(beyond(&parent.placement, &read.origin))
-            };
+                mimic: mimic.clone(),
+                ..joint
+            });
+            let joint = joint.at(beyond(&parent.placement, &read.origin));
             description = description.body(name, name_of(parent.body), joint, masses[link]);
         }
         if description.bodies.is_empty() {
@@ -104,8 +106,10 @@ impl File<'_> {
     /// The error of a refused model, at the link or joint it speaks of.
     pub(super) fn locate(&self, error: ModelError) -> UrdfError {
         let (name, of_joint) = (error.culprit(), error.is_of_joint());
-        let Some(link) = name.and_then(|name| self.links.iter().position(|l| l.name == name))
-        else {
+        let find = |name: &str| self.links.iter().position(|link| link.name == name);
+        // Of a planar joint, the bodies between bear the name of the link and a number.
+        let carried = |name: &str| find(name.rsplit_once('.')?.0);
+        let Some(link) = name.and_then(|name| find(name).or_else(|| carried(name))) else {
             return self.error(Problem::Model(error));
         };
         match self.tree.carriers[link] {
@@ -121,7 +125,7 @@ impl File<'_> {
     }
 
     fn is_folded(&self, joint: usize, options: &Options) -> bool {
-        !options.keep_fixed && self.joints[joint].kind == JointKind::Fixed
+        !options.keep_fixed && self.joints[joint].kind == Kind::Fixed
     }
 
     /// A base that is to float must have mass, or its first step divides by zero.
@@ -132,7 +136,7 @@ impl File<'_> {
         let mut of_base = vec![false; self.links.len()];
         for &link in &self.tree.order {
             of_base[link] = self.tree.carriers[link].is_none_or(|carrier| {
-                of_base[carrier.parent] && self.joints[carrier.joint].kind == JointKind::Fixed
+                of_base[carrier.parent] && self.joints[carrier.joint].kind == Kind::Fixed
             });
             if of_base[link] && self.links[link].mass.mass > 0.0 {
                 return Ok(());
@@ -174,9 +178,11 @@ impl File<'_> {
     ) -> Option<assembly::Mimic> {
         let mimic = joint.mimic.as_ref()?;
         let other = joints.get(mimic.joint).copied();
-        let moving = other.filter(|&other| !self.is_folded(other, options));
+        let is_planar = |other: usize| matches!(self.joints[other].kind, Kind::Planar(_));
+        let moving = other.filter(|&other| !self.is_folded(other, options) && !is_planar(other));
         let Some(moving) = moving else {
             let why = match other {
+                Some(other) if is_planar(other) => "has several freedoms",
                 Some(_) => "does not move",
                 None => "is not in the file",
             };

@@ -1,17 +1,45 @@
 //! Joints: what they connect and how it may move.
 
 use super::{Problem, UrdfError};
-use crate::xml::Reader;
-use crate::{JointKind, JointLimits};
+use crate::xml::{Reader, XmlProblem};
+use crate::{self as assembly, Compound, JointLimits, validate};
 use glam::DVec3;
 use roxmltree::Node;
 use vertebra_spatial::Pose;
+
+/// How a joint moves.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Kind {
+    Fixed,
+    Free,
+    Revolute(DVec3),
+    Prismatic(DVec3),
+    /// In the plane across a normal.
+    Planar(DVec3),
+}
+
+impl Kind {
+    /// The joint, or several in a row.
+    pub(super) fn compound(self) -> Compound {
+        match self {
+            Self::Fixed => assembly::Joint::fixed().into(),
+            Self::Free => assembly::Joint::free().into(),
+            Self::Revolute(axis) => assembly::Joint::revolute(axis).into(),
+            Self::Prismatic(axis) => assembly::Joint::prismatic(axis).into(),
+            Self::Planar(normal) => {
+                let normal = validate::unit_axis(normal);
+                let x = normal.any_orthonormal_vector();
+                assembly::Joint::planar(x, normal.cross(x))
+            }
+        }
+    }
+}
 
 /// A joint as the file states it.
 pub(super) struct Joint<'n> {
     pub(super) name: &'n str,
     pub(super) line: u32,
-    pub(super) kind: JointKind,
+    pub(super) kind: Kind,
     pub(super) parent: &'n str,
     pub(super) child: &'n str,
     /// The joint and child frame, seen from the parent link's.
@@ -42,18 +70,22 @@ impl<'n> Joint<'n> {
             let stated = axis.map(|axis| reader.optional_vector(axis, "xyz"));
             Ok::<_, UrdfError>(stated.transpose()?.flatten().unwrap_or(DVec3::X))
         };
+        let normal_of = |reader: &Reader<'a>| match (axis_of(reader)?, axis) {
+            (DVec3::ZERO, Some(node)) => {
+                let problem = XmlProblem::NoRotation { attribute: "xyz" };
+                Err(UrdfError::from(reader.error(node, problem)))
+            }
+            (normal, _) => Ok(normal),
+        };
         let mut joint = Self {
             name,
             line: reader.line(node),
             kind: match kind {
-                "revolute" | "continuous" => JointKind::Revolute {
-                    axis: axis_of(reader)?,
-                },
-                "prismatic" => JointKind::Prismatic {
-                    axis: axis_of(reader)?,
-                },
-                "fixed" => JointKind::Fixed,
-                "floating" => JointKind::Free,
+                "revolute" | "continuous" => Kind::Revolute(axis_of(reader)?),
+                "prismatic" => Kind::Prismatic(axis_of(reader)?),
+                "planar" => Kind::Planar(normal_of(reader)?),
+                "fixed" => Kind::Fixed,
+                "floating" => Kind::Free,
                 _ => {
                     let kind = kind.to_owned();
                     let problem = Problem::UnsupportedJoint { kind };
@@ -68,7 +100,9 @@ impl<'n> Joint<'n> {
             friction: 0.0,
             mimic: None,
         };
-        if let JointKind::Fixed | JointKind::Free = joint.kind {
+        // What a joint of one freedom may have says nothing of others.
+        if let Kind::Fixed | Kind::Free | Kind::Planar(_) = joint.kind {
+            let axis = axis.filter(|_| !matches!(joint.kind, Kind::Planar(_)));
             for node in [axis, limit, dynamics, mimic].into_iter().flatten() {
                 reader.ignore(node);
             }

@@ -7,12 +7,13 @@
 //! By default the root link is welded to the world, and links on fixed joints are folded into the
 //! link that carries them: their mass is merged and their name stays as a [`Frame`](crate::Frame).
 //! [`Options`] changes both. A link without `<inertial>` has no mass. Roll, pitch and yaw turn
-//! about fixed axes, in this order.
+//! about fixed axes, in this order. A planar joint is a [`Compound`](crate::Compound): two slides across its
+//! axis and a turn about it, with bodies `link.1` and `link.2` of no mass between.
 //!
 //! [`write()`] makes a URDF file of a model, from which [`parse`] gives the model back to the last bit.
 //!
-//! Ranges, efforts, damping and friction are kept in the model's joints, where simulations let them act;
-//! largest speeds and mimics are kept too, and [`Model::not_simulated`] lists them.
+//! Ranges, efforts, damping, friction and mimics are kept in the model's joints, where simulations let them
+//! act; largest speeds are kept too, and [`Model::not_simulated`] lists them.
 //!
 //! ```
 //! use vertebra_assembly::urdf::{self, Options};

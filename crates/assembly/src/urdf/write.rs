@@ -2,9 +2,10 @@
 
 use crate::model::Body;
 use crate::xml::{EXTENSION, from_roll_pitch_yaw};
-use crate::{BodyId, JointKind, MassProperties, Model, Stop};
+use crate::{BodyId, JointKind, MassProperties, Mimic, Model, Stop};
 use core::fmt::{self, Write as _};
 use glam::{DQuat, DVec3};
+use std::collections::HashMap;
 use thiserror::Error;
 use vertebra_spatial::Pose;
 
@@ -40,6 +41,24 @@ pub enum WriteError {
         /// The property.
         property: &'static str,
     },
+    /// A closed loop.
+    #[error(
+        "URDF has no closed loops, and the model closes one by `{name}`; open the loop, or save the model as JSON"
+    )]
+    Loop {
+        /// The loop.
+        name: String,
+    },
+    /// A coupling of a joint that follows another already: URDF states one of each joint.
+    #[error(
+        "URDF couples a joint to one other, and that of body `{body}` follows another one beside the coupling `{name}`; couple one of the others to it instead, or save the model as JSON"
+    )]
+    Coupling {
+        /// The coupling.
+        name: String,
+        /// The body whose joint follows.
+        body: String,
+    },
     /// A name that XML cannot hold, or that would be read as a xacro expression.
     #[error(
         "the name `{name}` cannot stand in URDF: it has a control character or `$(` or `${{`; rename it"
@@ -56,15 +75,22 @@ pub enum WriteError {
 /// root link that bears the name of a frame at the world's origin, or else `world`, stands for the
 /// world and becomes a frame of it. The joint of a body is called as the body with `_joint` behind.
 /// Frames become links without mass on fixed joints; fixed bodies come back as bodies with
-/// [`keep_fixed`](super::Options::keep_fixed) (and then frames do, too). URDF does not state
-/// gravity: reading it is told by [`gravity`](super::Options::gravity).
+/// [`keep_fixed`](super::Options::keep_fixed) (and then frames do, too). A coupling comes back as a mimic
+/// of the joint that follows, without its name. URDF does not state gravity: reading it is told by
+/// [`gravity`](super::Options::gravity).
 ///
 /// Rotations are written as roll, pitch and yaw. Where no such angles give the last bit of a
 /// quaternion, an attribute of this library's own namespace adds it; other programs pass over it.
 ///
 /// # Errors
-/// [`WriteError`], naming the body and what URDF cannot state.
+/// [`WriteError`], naming the body, loop or coupling and what URDF cannot state.
 pub fn write(model: &Model) -> Result<String, WriteError> {
+    if let Some(closed) = model.loops().first() {
+        return Err(WriteError::Loop {
+            name: closed.name.clone(),
+        });
+    }
+    let coupled = coupled(model)?;
     let root = root_name(model);
     let mut text = String::from("<?xml version=\"1.0\"?>\n");
     line(
@@ -87,7 +113,11 @@ pub fn write(model: &Model) -> Result<String, WriteError> {
     }
     for id in limb_by_limb(model) {
         if let Some(body) = model.body(id) {
-            write_joint(&mut text, model, body, link_of(body.parent))?;
+            let mimic = coupled.get(&id).or_else(|| {
+                let own = body.joint.mimic.as_ref();
+                own.filter(|mimic| model.find(&mimic.body).is_some())
+            });
+            write_joint(&mut text, body, mimic, link_of(body.parent))?;
         }
     }
     for frame in model.frames().iter().filter(|frame| frame.name != root) {
@@ -97,6 +127,27 @@ pub fn write(model: &Model) -> Result<String, WriteError> {
     }
     text.push_str("</robot>\n");
     Ok(text)
+}
+
+/// What joints mimic by couplings of the model, by the body that follows.
+fn coupled(model: &Model) -> Result<HashMap<BodyId, Mimic>, WriteError> {
+    let mut coupled = HashMap::new();
+    let bodies = model.bodies();
+    for coupling in &model.inner.couplings {
+        let body = &bodies[coupling.body.index()];
+        let mimic = Mimic {
+            body: bodies[coupling.other.index()].name.clone(),
+            multiplier: coupling.ratio,
+            offset: coupling.offset,
+        };
+        if body.joint.mimic.is_some() || coupled.insert(coupling.body, mimic).is_some() {
+            return Err(WriteError::Coupling {
+                name: coupling.name.clone(),
+                body: body.name.clone(),
+            });
+        }
+    }
+    Ok(coupled)
 }
 
 /// What stands for the world: a frame at its origin, or a name that nothing has.
@@ -161,8 +212,8 @@ fn write_link(text: &mut String, name: &str, mass: &MassProperties) -> Result<()
 
 fn write_joint(
     text: &mut String,
-    model: &Model,
     body: &Body,
+    mimic: Option<&Mimic>,
     parent: &str,
 ) -> Result<(), WriteError> {
     let joint = &body.joint;
@@ -197,19 +248,15 @@ fn write_joint(
         JointKind::Spherical => return other("spherical"),
         JointKind::Screw { .. } => return other("screw"),
     };
-    let never = [
-        (joint.armature != 0.0, "the armature"),
-        (joint.spring.is_some(), "the spring"),
-        (joint.stop != Stop::HARD, "the stop"),
-    ];
     let with_axis = [
         (joint.limits.is_some(), "limits"),
         (joint.damping != 0.0, "damping"),
         (joint.friction != 0.0, "friction"),
-        (joint.mimic.is_some(), "the mimic"),
+        (joint.mimic.is_some(), "a mimic"),
     ];
-    let with_axis = with_axis.iter().filter(|_| axis.is_none());
-    if let Some(&(_, property)) = never.iter().chain(with_axis).find(|(has, _)| *has) {
+    if axis.is_none()
+        && let Some(&(_, property)) = with_axis.iter().find(|(has, _)| *has)
+    {
         return Err(WriteError::Property {
             body: named(),
             property,
@@ -247,9 +294,7 @@ fn write_joint(
             format_args!("    <dynamics damping=\"{damping:?}\" friction=\"{friction:?}\"/>"),
         );
     }
-    if let Some(mimic) = &joint.mimic
-        && model.find(&mimic.body).is_some()
-    {
+    if let Some(mimic) = mimic {
         line(
             text,
             format_args!(

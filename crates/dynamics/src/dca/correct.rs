@@ -241,6 +241,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             matched += column * qdd;
         }
         let jump = matched - a;
+        let size = size.or(Size::of_motion(matched));
         (jump, size.left(Size::of_motion(jump)))
     }
 

@@ -3,6 +3,7 @@
 use super::Sections;
 use super::body::Carrier;
 use super::defaults::Element;
+use super::joint::missing;
 use crate::{FileError, Problem};
 use std::collections::HashMap;
 use vertebra_assembly::xml::{Node, Reader};
@@ -39,8 +40,10 @@ impl Actuator {
     #[must_use]
     pub fn motor(&self, control: f64) -> Motor {
         let control = match self.control_range {
-            Some([lower, upper]) => control.clamp(lower, upper),
-            None => control,
+            // Not `clamp`, which panics where someone has turned the range round.
+            Some([lower, _]) if control < lower => lower,
+            Some([_, upper]) if control > upper => upper,
+            _ => control,
         };
         let gear = self.gear;
         let still = self.gain * control + self.bias[0] + self.bias[1] * gear * self.reference;
@@ -238,7 +241,7 @@ fn range<'a>(
     if !element.flag(reader, limited, automatic)? {
         return Ok(None);
     }
-    let [lower, upper] = stated.unwrap_or_default();
+    let [lower, upper] = stated.ok_or_else(|| missing(reader, element, range))?;
     if lower >= upper {
         let problem = Problem::OutOfRange {
             quantity: "the upper bound",

@@ -105,7 +105,7 @@ pub(super) fn read<'n, 'a>(
     let range = element.numbers::<2>(reader, "range")?;
     let automatic = sections.compiler.auto_limits && range.is_some();
     if element.flag(reader, "limited", automatic)? {
-        let range = range.unwrap_or_default();
+        let range = range.ok_or_else(|| missing(reader, element, "range"))?;
         match kind {
             JointKind::Spherical => {
                 let why =
@@ -131,6 +131,16 @@ pub(super) fn read<'n, 'a>(
     })
 }
 
+/// An element that is limited, and does not say how.
+pub(super) fn missing(
+    reader: &Reader<'_>,
+    element: Element<'_, '_, '_>,
+    attribute: &'static str,
+) -> FileError {
+    let problem = XmlProblem::MissingAttribute { attribute };
+    reader.error(element.node, problem).into()
+}
+
 /// The bounds of what all its motors exert together, if they are one number.
 fn read_effort<'a>(
     reader: &mut Reader<'a>,
@@ -143,7 +153,7 @@ fn read_effort<'a>(
     if !element.flag(reader, "actuatorfrclimited", automatic)? {
         return Ok(());
     }
-    let [lower, upper] = range.unwrap_or_default();
+    let [lower, upper] = range.ok_or_else(|| missing(reader, element, "actuatorfrcrange"))?;
     if lower == -upper && upper >= 0.0 && joint.kind.dof_count() == 1 {
         joint.limits.get_or_insert_default().effort = Some(upper);
     } else {
