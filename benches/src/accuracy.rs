@@ -13,6 +13,7 @@ mod pictures;
 mod solvers;
 
 pub use hard::Hard;
+pub(crate) use hard::Lost;
 pub use solvers::Solvers;
 
 use crate::cli::{AccuracyArgs, Backend};

@@ -282,7 +282,7 @@ fn watch(
             run.ended = Some(time);
             break;
         };
-        if let Some(found) = simulation.loop_violation() {
+        if let Some(found) = simulation.loop_violation()? {
             run.violation = Some(
                 run.violation
                     .map_or(found.position, |worst| worst_of(worst, found.position)),

@@ -48,6 +48,29 @@ pub enum Hard {
 /// Decades of length that a taper spans at most.
 const SPAN: f64 = 9.0;
 
+/// Factors by which a model makes errors larger than those of plain ones.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lost {
+    /// Of a solution.
+    pub(crate) solution: f64,
+    /// Of what one correction of the recursion leaves.
+    pub(crate) recursion: f64,
+    /// Of what one correction over f32 joins leaves.
+    pub(crate) joins: f64,
+    /// Of what two corrections leave.
+    pub(crate) twice: f64,
+}
+
+impl Lost {
+    /// No digit.
+    pub(crate) const NOTHING: Self = Self {
+        solution: 1.0,
+        recursion: 1.0,
+        joins: 1.0,
+        twice: 1.0,
+    };
+}
+
 impl Hard {
     /// A model of about so many bodies.
     ///
@@ -201,25 +224,35 @@ impl Hard {
         Ok(list.build()?)
     }
 
-    /// The factors by which this makes errors larger, of solutions and of what corrections leave;
-    /// infinite where not one digit is promised.
+    /// The factors by which this makes errors larger; infinite where not one digit is promised.
     ///
     /// A coil's condition number grows with the square of its length before that of other chains
     /// does. Where a joint is left with a part of the inertia about it (a rod's moment about itself, a
     /// light body between equal axes, a gimbal near lock), the digits of that part are lost. Corrections
     /// bring them back, but for moments that turning a body to world axes has rounded off.
-    pub(crate) fn lost(self, bodies: usize) -> [f64; 2] {
+    pub(crate) fn lost(self, bodies: usize) -> Lost {
+        let of = |solution, recursion, joins, twice| Lost {
+            solution,
+            recursion,
+            joins,
+            twice,
+        };
         match self {
-            Self::Coil => [(real(bodies) / 8.0).powi(2); 2],
-            Self::Taper(_) => [4.0; 2],
-            Self::TaperedTree(ratio) if ratio > 1.0 => [f64::INFINITY; 2],
-            Self::SpinningRods => [1e8; 2],
-            Self::Universal => [4.0, 1.0],
-            Self::Gimbal(short) if short < 1e-4 => [f64::INFINITY; 2],
-            Self::Gimbal(_) => [1e8, 1.0],
-            Self::DuplicateAxes => [1e6, 4.0],
-            Self::Lengths => [4e9; 2],
-            _ => [1.0; 2],
+            Self::Coil => {
+                let turns = (real(bodies) / 8.0).powi(2);
+                of(turns, turns, 8.0 * turns, turns)
+            }
+            Self::Taper(_) => of(4.0, 4.0, 4.0, 1.0),
+            Self::TaperedTree(ratio) if ratio > 1.0 => of(f64::INFINITY, 1e5, 100.0, 1.0),
+            Self::SpinningRods => of(1e8, 2e5, 2e4, 1e6),
+            Self::Universal => of(4.0, 1.0, 1.0, 2.0),
+            Self::Gimbal(short) if short < 1e-4 => {
+                of(f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY)
+            }
+            Self::Gimbal(_) => of(1e8, 1.0, 1.0, 4.0),
+            Self::DuplicateAxes => of(1e6, 4.0, 1.0, 4.0),
+            Self::Lengths => of(4e9, 1e7, 200.0, 32.0),
+            _ => Lost::NOTHING,
         }
     }
 

@@ -155,7 +155,7 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 subtitle: "One thread; best is at the bottom left".to_owned(),
                 vertical: time("time of a simulated second"),
                 horizontal: number(trajectory),
-                remark: remark.clone(),
+                remark,
                 curves: curves(|run| Some((small(run)?, run.time_per_second?))),
             },
         ),
@@ -166,7 +166,7 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 subtitle: format!("Over {seconds} s"),
                 vertical: number(energy),
                 horizontal: time("step"),
-                remark: remark.clone(),
+                remark: "Runs that ended early have no point.".to_owned(),
                 curves: curves(|run| {
                     let whole = run.ended.is_none();
                     whole.then_some((1.0 / f64::from(run.steps_per_second), run.energy_error))

@@ -149,7 +149,7 @@ impl Subject {
         for _ in 0..STEPS {
             simulation.step(STEP)?;
         }
-        if let Some(found) = simulation.loop_violation() {
+        if let Some(found) = simulation.loop_violation()? {
             violation = worst_of(violation, found.position);
         }
         let mut turn = 0;

@@ -25,7 +25,7 @@ pub fn violations() -> Outcome {
             let shorter = if model.bodies().len() > LARGE { 10 } else { 1 };
             for _ in 0..STEPS / shorter {
                 simulation.step(STEP)?;
-                let found = simulation.loop_violation();
+                let found = simulation.loop_violation()?;
                 violation = worst_of(violation, found.map_or(f64::NAN, |found| found.position));
             }
             figures.push(Figure::new(

@@ -70,12 +70,13 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// A check every so many steps (none means every one) against a forward error.
+    /// A check every so many steps (none means every one) against a forward error: no less than `f64::EPSILON`, which
+    /// is also what a tolerance that is smaller or no number is taken for. No check asks for more than f64 holds.
     #[must_use]
     pub const fn every(steps: u64, tolerance: f64) -> Self {
         Self {
             every: if steps == 0 { 1 } else { steps },
-            tolerance,
+            tolerance: tolerance.max(f64::EPSILON),
             on_exceeded: None,
             steps: 0,
             checks: 0,

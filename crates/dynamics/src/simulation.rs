@@ -162,8 +162,8 @@ impl Simulation {
     }
 
     /// Checks the accelerations of every so many steps, the first one's included
-    /// ([`Solver::check`]): a step that is checked takes one and a half solutions more.
-    /// [`monitor`](Self::monitor) has what was found.
+    /// ([`Solver::check`]): a step that is checked takes one and a half solutions more, of models with
+    /// loops two and a half of their trees and one of the loops. [`monitor`](Self::monitor) has what was found.
     ///
     /// On a GPU the processor checks ([`check_accelerations`](crate::check_accelerations)) what is read back for it,
     /// about 0.7 ms for 2048 bodies: as long as several steps take there.
@@ -466,17 +466,18 @@ impl Simulation {
         }
     }
 
-    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none,
-    /// or if a GPU no longer gives its state.
-    #[must_use]
-    pub fn loop_violation(&mut self) -> Option<LoopViolation> {
-        self.fetch_state().ok()?;
+    /// How far the state is from closed loops and kept couplings, of the worst of them; none if the model has none.
+    ///
+    /// # Errors
+    /// On a GPU, `Error::Gpu`.
+    pub fn loop_violation(&mut self) -> Result<Option<LoopViolation>, Error> {
+        self.fetch_state()?;
         let host = match &mut self.runs {
             Runs::Host(host) => &mut **host,
             #[cfg(feature = "gpu")]
-            Runs::Gpu(remote) => remote.host(&self.model).ok()?,
+            Runs::Gpu(remote) => remote.host(&self.model)?,
         };
-        host.solver.loop_violation(&self.model, &self.state)
+        Ok(host.solver.loop_violation(&self.model, &self.state))
     }
 
     /// The forces that keep the loops closed and the joints coupled in the current state, under the current forces.

@@ -120,7 +120,7 @@ fn closed_loops_move_alike_wherever_they_are_inserted_and_in_a_mirror() {
             state.time = 0.0;
             let mut simulation = Simulation::new(model.clone()).unwrap();
             simulation.set_state(state.clone()).unwrap();
-            let violation = simulation.loop_violation().unwrap();
+            let violation = simulation.loop_violation().unwrap().unwrap();
             assert!(violation.position < 1e-9, "{closure:?}: {violation:?}");
             let found = accelerations(&model, &state);
             for (found, right) in found.iter().zip(&right) {

@@ -138,7 +138,7 @@ fn work_balances_in_closed_loops() {
                 for _ in 0..steps {
                     simulation.step(0.1 / f64::from(steps)).unwrap();
                     largest = largest.max(simulation.mechanics().unwrap().kinetic_energy);
-                    open = open.max(simulation.loop_violation().unwrap().position);
+                    open = open.max(simulation.loop_violation().unwrap().unwrap().position);
                 }
                 assert!(open <= 1e-9, "seed {seed} {options:?}: open by {open:e}");
                 let work = simulation.work().unwrap();

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
+use core::f64::consts::PI;
 use core::slice::from_ref;
 use glam::{DQuat, DVec3};
 use vertebra_assembly::{
@@ -10,8 +11,8 @@ use vertebra_assembly::{
 };
 use vertebra_dynamics::{
     Algorithm, Batch, DcaOptions, DcaWorkspace, Error, Forces, Integrator, Precision, Simulation,
-    Solver, SolverOptions, Workspace, aba, aba_batch, crba_forward_dynamics, dca,
-    forward_kinematics,
+    Solver, SolverOptions, Workspace, Wrench, aba, aba_batch, crba_forward_dynamics, dca,
+    forward_kinematics, rnea,
 };
 use vertebra_spatial::Pose;
 
@@ -27,7 +28,7 @@ fn simulation(model: &Model, state: &State, integrator: Integrator) -> Simulatio
 fn swing(model: &Model, state: &State, h: f64, steps: usize) {
     for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
         let mut simulation = simulation(model, state, integrator);
-        let start = simulation.loop_violation().unwrap();
+        let start = simulation.loop_violation().unwrap().unwrap();
         assert!(start.position <= 1e-6, "{}: {start:?}", model.name());
         simulation.close_loops().unwrap();
         let before = simulation.mechanics().unwrap();
@@ -37,7 +38,7 @@ fn swing(model: &Model, state: &State, h: f64, steps: usize) {
             simulation.step(h).unwrap();
             largest = largest.max(simulation.mechanics().unwrap().kinetic_energy);
         }
-        let found = simulation.loop_violation().unwrap();
+        let found = simulation.loop_violation().unwrap().unwrap();
         let speed = simulation
             .state()
             .unwrap()
@@ -107,7 +108,7 @@ fn chain_mail_hangs_together() {
 fn a_stewart_platform_rests_on_its_legs() {
     let (model, state) = mechanism::stewart_platform().unwrap();
     let mut simulation = simulation(&model, &state, Integrator::SemiImplicitEuler);
-    assert!(simulation.loop_violation().unwrap().position <= 1e-12);
+    assert!(simulation.loop_violation().unwrap().unwrap().position <= 1e-12);
     let legs: Vec<(usize, usize)> = (model.bodies().iter())
         .filter(|body| matches!(body.joint.kind, JointKind::Prismatic { .. }))
         .map(|body| (body.position_start, body.dof_start))
@@ -120,7 +121,7 @@ fn a_stewart_platform_rests_on_its_legs() {
         }
         simulation.step(1e-3).unwrap();
     }
-    let found = simulation.loop_violation().unwrap();
+    let found = simulation.loop_violation().unwrap().unwrap();
     assert!(found.position <= 1e-10, "{found:?}");
     let height = simulation.state().unwrap().q[2];
     assert!((-0.05..0.0).contains(&height), "{height}");
@@ -139,7 +140,7 @@ fn change_points_are_passed() {
         let mut simulation = simulation(&model, &state, integrator);
         for _ in 0..4000 {
             simulation.step(1e-3).unwrap();
-            let found = simulation.loop_violation().unwrap();
+            let found = simulation.loop_violation().unwrap().unwrap();
             assert!(found.position <= 1e-8, "{found:?}");
         }
     }
@@ -160,7 +161,7 @@ fn loops_stay_closed_in_f32_too() {
         for _ in 0..300 {
             simulation.step(1e-3).unwrap();
         }
-        let found = simulation.loop_violation().unwrap();
+        let found = simulation.loop_violation().unwrap().unwrap();
         assert!(found.position <= 1e-8 && found.rate <= 1e-4, "{found:?}");
     }
 }
@@ -208,7 +209,7 @@ fn elements_act_in_closed_loops() {
     for _ in 0..8000 {
         simulation.step(1e-3).unwrap();
     }
-    let found = simulation.loop_violation().unwrap();
+    let found = simulation.loop_violation().unwrap().unwrap();
     assert!(found.position <= 1e-12, "{found:?}");
     let end = simulation.mechanics().unwrap();
     let lost = start - end.potential_energy;
@@ -263,7 +264,7 @@ fn coupled_joints_move_as_one() {
         for _ in 0..100 {
             simulation.step(0.01).unwrap();
         }
-        assert!(simulation.loop_violation().unwrap().position <= 1e-13);
+        assert!(simulation.loop_violation().unwrap().unwrap().position <= 1e-13);
     }
 }
 
@@ -291,9 +292,9 @@ fn loops_close_from_afar() {
         *q += 0.2 * (k as f64).sin();
     }
     simulation.set_state(far).unwrap();
-    assert!(simulation.loop_violation().unwrap().position > 0.05);
+    assert!(simulation.loop_violation().unwrap().unwrap().position > 0.05);
     simulation.close_loops().unwrap();
-    assert!(simulation.loop_violation().unwrap().position <= 1e-12);
+    assert!(simulation.loop_violation().unwrap().unwrap().position <= 1e-12);
 }
 
 /// Ten thousands of steps of first order: no more kinetic energy than there can be, nothing opens.
@@ -318,7 +319,7 @@ fn energy_does_not_grow_without_end() {
                 kinetic = kinetic.max(now.kinetic_energy);
                 lowest = lowest.min(now.potential_energy);
             }
-            let found = simulation.loop_violation().unwrap();
+            let found = simulation.loop_violation().unwrap().unwrap();
             assert!(found.position <= 1e-8, "{}: {found:?}", model.name());
             assert!(
                 kinetic > 0.5 * (start - lowest) && kinetic < 1.05 * (start - lowest),
@@ -440,6 +441,62 @@ fn loops_are_solved_to_a_tolerance() {
     }
 }
 
+/// Where loads balance there is next to no acceleration, and errors are measured by the loads instead: a parallelogram that
+/// hangs, and a linkage whose joints are held while its pin is pulled apart.
+#[test]
+fn linkages_at_rest_meet_a_tolerance() {
+    let (standing, mut hanging) = mechanism::four_bar(1.0, 0.5, 1.0, 0.5, 0.0).unwrap();
+    let plane = DQuat::from_scaled_axis(DVec3::new(0.7, -0.4, 1.1));
+    let parallelogram = (standing.describe())
+        .gravity(plane * DVec3::new(0.0, 0.0, -9.81))
+        .build()
+        .unwrap();
+    for (q, by) in hanging.q.iter_mut().zip([PI, -PI, PI]) {
+        *q += by;
+    }
+    let (linkage, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    let mut forces = Forces::none(&linkage);
+    let mut workspace = Workspace::of_tree(&linkage, Precision::F64);
+    let held = rnea(&linkage, &state, &[0.0; 3], &forces, &mut workspace).unwrap();
+    forces.joint = held.to_vec();
+    let pull = DVec3::new(3.0, 40.0, -25.0);
+    let pin = linkage.loops()[0].clone();
+    for (body, length, pull) in [(pin.bodies[0], 0.9, pull), (pin.bodies[1], 0.7, -pull)] {
+        let body = body.unwrap();
+        forces.push(body, Wrench::at_point(pull, DVec3::Z * length));
+    }
+    for (model, state, forces) in [
+        (&parallelogram, &hanging, &Forces::none(&parallelogram)),
+        (&linkage, &state, &forces),
+    ] {
+        for algorithm in [Algorithm::Aba, Algorithm::Dca] {
+            for tolerance in [1e-3, 1e-6, 1e-9] {
+                let options = SolverOptions {
+                    algorithm: Some(algorithm),
+                    ..SolverOptions::to_tolerance(tolerance)
+                };
+                let mut solver = Solver::new(model, &options).unwrap();
+                let qdd = solver.forward_dynamics(model, state, forces).unwrap();
+                let largest = qdd.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                // Ten times gravity over a tenth of a metre.
+                assert!(largest <= 1e3 * tolerance, "{tolerance:e}: {qdd:?}");
+                assert!(solver.achieved().unwrap().error <= tolerance);
+            }
+        }
+    }
+}
+
+/// Rates that overflow are seen, not dropped.
+#[test]
+fn rates_that_overflow_are_infinite() {
+    let (model, mut state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    state.qd = vec![f64::MAX, f64::MAX, f64::MAX];
+    let mut simulation = simulation(&model, &state, Integrator::SemiImplicitEuler);
+    let found = simulation.loop_violation().unwrap().unwrap();
+    assert!(found.position <= 1e-12, "{found:?}");
+    assert_eq!(found.rate, f64::INFINITY, "{found:?}");
+}
+
 /// Steps by every method stay closed.
 #[test]
 fn every_solver_takes_steps() {
@@ -470,7 +527,7 @@ fn every_solver_takes_steps() {
             for _ in 0..1000 {
                 simulation.step(1e-3).unwrap();
             }
-            let found = simulation.loop_violation().unwrap();
+            let found = simulation.loop_violation().unwrap().unwrap();
             assert!(
                 found.position <= 1e-8,
                 "{} {options:?}: {found:?}",
@@ -644,11 +701,11 @@ fn violations_are_over_the_longest_link() {
         state.q[1] += 0.01;
         state.qd[1] = 0.3;
         let mut simulation = simulation(&model, &state, Integrator::SemiImplicitEuler);
-        let open = simulation.loop_violation().unwrap();
+        let open = simulation.loop_violation().unwrap().unwrap();
         let mut later = state.clone();
         later.q[1] += 0.3 * 1e-6;
         simulation.set_state(later).unwrap();
-        let opening = simulation.loop_violation().unwrap().position - open.position;
+        let opening = simulation.loop_violation().unwrap().unwrap().position - open.position;
         assert!(
             (opening.abs() / 1e-6 - open.rate).abs() <= 1e-3 * open.rate,
             "{scale}: {open:?}"
@@ -657,7 +714,7 @@ fn violations_are_over_the_longest_link() {
         let [a, b] = frames(&mut simulation, 0);
         let gap = a.rotation.inverse() * (b.translation - a.translation);
         let expected = gap.abs().max_element() / longest;
-        let found = simulation.loop_violation().unwrap().position;
+        let found = simulation.loop_violation().unwrap().unwrap().position;
         // The frames' axes across the hinge's are the library's own choice.
         assert!(
             found <= 1.4143 * expected && expected <= 1.4143 * found,
@@ -751,7 +808,7 @@ fn flat_mail_is_left() {
             "{h}: {}",
             (later - first) / kinetic
         );
-        let found = simulation.loop_violation().unwrap();
+        let found = simulation.loop_violation().unwrap().unwrap();
         assert!(found.position <= 1e-9, "{h}: {found:?}");
     }
 }

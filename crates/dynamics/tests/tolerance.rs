@@ -237,6 +237,23 @@ fn errors_are_watched() {
     assert_eq!((monitor.checks(), monitor.exceeded()), (25, 0));
 }
 
+/// What no check can ask for is taken for the least that f64 holds.
+#[test]
+fn a_monitor_has_a_tolerance() {
+    let model = generate::random_chain(8, &Rod::default(), 2).unwrap();
+    for tolerance in [f64::NAN, -1.0, 0.0, f64::NEG_INFINITY] {
+        let monitor = Monitor::every(1, tolerance).on_exceeded(|_| ControlFlow::Break(()));
+        let simulation = Simulation::new(model.clone()).unwrap();
+        let mut simulation = simulation.with_precision(Precision::F32).unwrap();
+        simulation.set_state(State::random(&model, 3)).unwrap();
+        let stopped = simulation.with_monitor(monitor).step(1e-4);
+        let Err(Error::Inexact { tolerance, .. }) = stopped else {
+            panic!("{stopped:?}");
+        };
+        assert_eq!(tolerance, f64::EPSILON);
+    }
+}
+
 /// A check that found too much is told at once, and may end the run before its step.
 #[test]
 fn a_monitor_ends_a_run() {

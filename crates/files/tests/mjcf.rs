@@ -255,7 +255,7 @@ fn closed_loops_move_as_mujocos_equalities_demand() {
             .forces_mut()
             .joint
             .copy_from_slice(&case.forces.joint);
-        let violation = simulation.loop_violation().unwrap();
+        let violation = simulation.loop_violation().unwrap().unwrap();
         assert!(
             violation.position < 1e-13 && violation.rate < 1e-12,
             "{violation:?}"
@@ -270,7 +270,7 @@ fn closed_loops_move_as_mujocos_equalities_demand() {
             );
         }
         simulation.steps(1e-3, 500).unwrap();
-        let violation = simulation.loop_violation().unwrap();
+        let violation = simulation.loop_violation().unwrap().unwrap();
         assert!(violation.position < 1e-9, "{violation:?}");
     }
 }

@@ -304,7 +304,7 @@ fn a_linkage_stays_closed_and_moves_as_the_same_one_by_hand() {
         simulation.close_loops().unwrap();
         simulation.forces_mut().joint[0] = 3.0;
         simulation.steps(1e-3, 400).unwrap();
-        let violation = simulation.loop_violation().unwrap();
+        let violation = simulation.loop_violation().unwrap().unwrap();
         assert!(violation.position < 1e-9, "{violation:?}");
         simulation.state().unwrap().q.clone()
     };

@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.run(&mut simulation, |simulation| {
         let angle = simulation.state()?.q[rocker];
         swing = [swing[0].min(angle), swing[1].max(angle)];
-        if let Some(violation) = simulation.loop_violation() {
+        if let Some(violation) = simulation.loop_violation()? {
             worst = worst.max(violation.position);
         }
         Ok(())

@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 simulation.set_motor(slide, Motor::position(stroke, 2e4, 400.0))?;
             }
         }
-        if let Some(violation) = simulation.loop_violation() {
+        if let Some(violation) = simulation.loop_violation()? {
             worst = worst.max(violation.position);
         }
         Ok(())

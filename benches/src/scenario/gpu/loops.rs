@@ -59,7 +59,7 @@ fn step(
     simulation.steps(STEP, STEPS)?;
     let mut processor = OnProcessor::new(subject.model.clone())?;
     processor.set_state(simulation.state()?)?;
-    let violation = processor.loop_violation().map(|found| found.position);
+    let violation = processor.loop_violation()?.map(|found| found.position);
     let has_times = device.features().contains(Features::TIMESTAMP_QUERY);
     if has_times {
         simulation.take_times(Timing::Whole)?;

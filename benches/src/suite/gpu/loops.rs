@@ -97,7 +97,7 @@ fn steps(
     }
     let error = relative_error(&gpu.state()?.qd, &cpu.state()?.qd);
     gpu.steps(STEP, further)?;
-    let found = gpu.loop_violation();
+    let found = gpu.loop_violation()?;
     let violation = found.map_or(f64::NAN, |found| found.position);
     Ok((error, worst_of(violation, 0.0)))
 }

@@ -10,10 +10,12 @@
 //! error before it. Lambda acts as force pairs on the bodies, so that the residual of the bodies' equations includes
 //! it. Corrections do not see the rounding of the loops' own equations; second rates as large as that are responded to, and bound
 //! the estimate from below. The residual of a loop's equation is what it leaves over the sum of its terms' sizes, and the larger of the two
-//! is the one reported.
+//! is the one reported. Changes are measured by no less than the loads would cause (`balance.rs`): a linkage that hangs at
+//! rest has no acceleration to measure them by.
 
 use super::constraint::Constraint;
 use super::{ITERATIONS, Loops};
+use crate::balance::{largest_push, least_acceleration};
 use crate::refine::relative;
 use crate::tolerance::{CAUTION, Ladder, Method, NOISE, SWEEPS};
 use crate::{Error, Forces};
@@ -28,6 +30,8 @@ impl Loops {
         forces: &Forces,
         ladder: &mut Ladder,
     ) -> Result<&[f64], Error> {
+        let push = largest_push(model, forces);
+        let least = least_acceleration(model, &self.scales, &state.qd, push);
         ladder.solve(model, state, forces)?;
         if let Some(method) = ladder.method() {
             self.constrain(model, state, method)?;
@@ -43,7 +47,7 @@ impl Loops {
             if let Some(method) = ladder.method() {
                 self.settle(method, ITERATIONS);
             }
-            let change = self.changed();
+            let change = self.changed(least);
             error = change * (CAUTION * change / before).min(1.0);
             if error <= ladder.tolerance() || change > 0.5 * before {
                 break;
@@ -51,15 +55,15 @@ impl Loops {
             before = change;
         }
         if let Some(method) = ladder.method() {
-            error = error.max(NOISE * self.rounding(method));
+            error = error.max(NOISE * self.rounding(method, least));
         }
         ladder.add(residual, error)?;
         self.accelerations(model, state)
     }
 
     /// What the rounding of the loops' equations, which are in f64 whatever solves the tree, leaves of accelerations: the
-    /// response to second rates as large as that, as part of the largest.
-    fn rounding(&mut self, method: &mut Method) -> f64 {
+    /// response to second rates as large as that, as part of the largest and of no less than `least` [rad/s^2 or m/s^2].
+    fn rounding(&mut self, method: &mut Method, least: f64) -> f64 {
         for (index, constraint) in self.constraints.iter().enumerate() {
             for row in constraint.rows.clone() {
                 let (_, size) = self.terms(constraint, row);
@@ -69,7 +73,7 @@ impl Loops {
             }
         }
         self.respond(method);
-        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+        let (mut change, mut largest) = (0.0_f64, least);
         let both = self.joint.iter().zip(&self.qdd);
         for ((&response, &qdd), &scale) in both.zip(&self.scales.acceleration) {
             change = change.max(response.abs() * scale);
@@ -103,9 +107,10 @@ impl Loops {
         worst
     }
 
-    /// By how much accelerations differ from those in `spread`, as part of the largest in SI.
-    fn changed(&self) -> f64 {
-        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+    /// By how much accelerations differ from those in `spread`, as part of the largest in SI and of no less than `least`
+    /// [rad/s^2 or m/s^2].
+    fn changed(&self, least: f64) -> f64 {
+        let (mut change, mut largest) = (0.0_f64, least);
         let both = self.qdd.iter().zip(&self.spread);
         for ((&qdd, &was), &scale) in both.zip(&self.scales.acceleration) {
             change = change.max((qdd - was).abs() * scale);

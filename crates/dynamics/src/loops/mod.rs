@@ -264,7 +264,13 @@ impl Loops {
         for constraint in &self.constraints {
             for row in constraint.rows.clone() {
                 let product = constraint.times(row, &self.jacobian, &self.joint);
-                rate = rate.max((product / constraint.size_of(row)).abs());
+                let of_row = (product / constraint.size_of(row)).abs();
+                // Overflowed, which `max` would drop; the position of such a row is infinite too.
+                rate = rate.max(if of_row.is_nan() {
+                    f64::INFINITY
+                } else {
+                    of_row
+                });
             }
         }
         LoopViolation {
