@@ -89,6 +89,12 @@ pub fn run(arguments: &MotionArgs) -> anyhow::Result<Outcome> {
         arguments.only.is_empty() || arguments.only.iter().any(|part| name.contains(part))
     };
     scenes.retain(|scene| wanted(scene.name));
+    anyhow::ensure!(
+        !scenes.is_empty(),
+        "no scene is named like `{}`: there are {}",
+        arguments.only.join("`, `"),
+        order.join(", ")
+    );
     let rates = if arguments.quick {
         vec![64, 256]
     } else {

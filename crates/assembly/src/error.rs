@@ -85,7 +85,9 @@ pub enum ModelError {
         value: f64,
     },
     /// A joint axis without direction.
-    #[error("the joint of body `{body}` has an axis of length zero; give it a direction")]
+    #[error(
+        "the joint of body `{body}`, or the loop of that name, has an axis of length zero; give it a direction"
+    )]
     ZeroAxis {
         /// The body whose joint it is.
         body: String,

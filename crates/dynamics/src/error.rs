@@ -163,7 +163,7 @@ pub enum Error {
     },
     /// A check of a [`Monitor`](crate::Monitor) that found too large an error, where that ends the run.
     #[error(
-        "at {time} s the accelerations have a relative error of {error:.0e} where {tolerance:e} was wanted: ask for more precision or a tolerance, or let the monitor go on"
+        "at {time} s the accelerations have a relative error of {error:.2e} where {tolerance:e} was wanted: ask for more precision or a tolerance, or let the monitor go on"
     )]
     Inexact {
         /// Time of the state \[s\].
@@ -174,7 +174,9 @@ pub enum Error {
         tolerance: f64,
     },
     /// A tolerance that is no number or below what f64 can hold.
-    #[error("a tolerance of {tolerance:e} cannot be met in f64: ask for 2.3e-16 or more")]
+    #[error(
+        "a tolerance of {tolerance:e} cannot be held: ask for a number from 2.3e-16, the last bit of f64, up"
+    )]
     ToleranceRange {
         /// Forward error asked for.
         tolerance: f64,

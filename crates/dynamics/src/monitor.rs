@@ -22,13 +22,15 @@ type OnExceeded = Box<dyn FnMut(&Check) -> ControlFlow<()> + Send + Sync>;
 /// every so many steps, and what was worse than wanted.
 ///
 /// ```
-/// use vertebra_assembly::generate;
+/// use vertebra_assembly::{State, generate};
 /// use vertebra_dynamics::{Monitor, Precision, Simulation};
 ///
 /// let model = generate::random_chain(16, &generate::Rod::default(), 7)?;
+/// let state = State::random(&model, 1);
 /// let mut simulation = Simulation::new(model)?
 ///     .with_precision(Precision::F32)?
 ///     .with_monitor(Monitor::every(10, 1e-9));
+/// simulation.set_state(state)?;
 /// for _ in 0..100 {
 ///     simulation.step(1e-3)?;
 /// }
@@ -40,11 +42,12 @@ type OnExceeded = Box<dyn FnMut(&Check) -> ControlFlow<()> + Send + Sync>;
 /// It can tell at once, and end the run before the step that would be taken with so large an error:
 ///
 /// ```
-/// # use vertebra_assembly::generate;
+/// # use vertebra_assembly::{State, generate};
 /// # use vertebra_dynamics::{Error, Monitor, Precision, Simulation};
 /// use std::ops::ControlFlow;
 ///
 /// # let model = generate::random_chain(16, &generate::Rod::default(), 7)?;
+/// # let state = State::random(&model, 1);
 /// let monitor = Monitor::every(10, 1e-9).on_exceeded(|check| {
 ///     println!("step {}, {} s: error {:e}", check.step, check.time, check.found.change);
 ///     ControlFlow::Break(()) // or Continue
@@ -52,6 +55,7 @@ type OnExceeded = Box<dyn FnMut(&Check) -> ControlFlow<()> + Send + Sync>;
 /// let mut simulation = Simulation::new(model)?
 ///     .with_precision(Precision::F32)?
 ///     .with_monitor(monitor);
+/// simulation.set_state(state)?;
 /// let stopped = simulation.steps(1e-3, 100).unwrap_err();
 /// println!("{stopped}");
 /// let mut simulation = simulation.with_precision(Precision::F64)?; // from where it stopped
