@@ -194,7 +194,7 @@ fn steps_keep_their_order() {
     }
 }
 
-/// Springs, dampers, rotors and stops in the joints of a linkage: it comes to rest, closed.
+/// Dampers and rotors in the joints of a linkage: it comes to rest, closed. All elements: `loop_elements.rs`.
 #[test]
 fn elements_act_in_closed_loops() {
     let (model, state) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
