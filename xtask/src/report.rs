@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
-use crate::binary;
+use crate::binary::{self, Build};
 use crate::workspace;
 
 /// Files from which a folder's tables and pictures are made.
@@ -19,7 +19,7 @@ pub(crate) fn run() -> Result<ExitCode> {
     let sh = &workspace::shell()?;
     let folders = folders(Path::new("docs/results"), sh)?;
     ensure!(!folders.is_empty(), "there are no data below docs/results");
-    let program = binary::build(sh)?;
+    let program = binary::build(sh, Build::Release)?;
     for folder in folders {
         cmd!(sh, "{program} report {folder}").run()?;
     }
