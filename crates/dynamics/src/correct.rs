@@ -16,6 +16,7 @@ use crate::across::Given;
 use crate::drift::Drift;
 use crate::drive::transmitted;
 use crate::link::{Kind, Link};
+use crate::own::OwnInertia;
 use crate::refine::{Loads, Size, relative};
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Refinement, Workspace, finite_results, joint_wrenches};
@@ -143,6 +144,10 @@ impl<T: Real> Sweeps<T> {
     fn settle(&mut self, drift: &mut Drift, given: &Given<'_>, forces: &Forces, units: &Units) {
         let (links, rotations, spins) = (&self.links, &self.rotation, &self.spin);
         let place = |i: usize| (rotations[i], spins[i]);
+        let own = OwnInertia {
+            diagonal: &self.added,
+            across: &self.across,
+        };
         drift.measure(given, links.len(), |i| &links[i], place);
         for i in 0..self.links.len() {
             let dofs = self.dofs(i);
@@ -162,10 +167,12 @@ impl<T: Real> Sweeps<T> {
                 .parent
                 .map_or(self.base, |parent| self.acceleration[parent]);
             let mut a = above.shifted(r) + c;
-            let mut tau = [T::ZERO; 6];
-            for ((tau, dof), &column) in tau.iter_mut().zip(dofs).zip(&*columns) {
+            for (dof, &column) in dofs.clone().zip(&*columns) {
                 a += column * self.u[dof];
-                *tau = self.tau[dof] - self.added[dof] * self.u[dof];
+            }
+            let mut tau = own.of(dofs.clone()).mul(&self.u[dofs.clone()]);
+            for (tau, &given) in tau.iter_mut().zip(&self.tau[dofs]) {
+                *tau = given - *tau;
             }
             self.joint_wrench[i] = transmitted(self.joint_wrench[i], columns, &tau);
             self.acceleration[i] = a;
@@ -314,10 +321,8 @@ impl<T: Real> Sweeps<T> {
                         own.u[dof] = response;
                     }
                     f = self.articulated[i].mul(a) + own.biases[i];
-                    let mut tau = [T::ZERO; 6];
-                    for ((tau, dof), response) in tau.iter_mut().zip(dofs.clone()).zip(response) {
-                        *tau = -self.added[dof] * response;
-                    }
+                    let held = self.own(i).mul(&response[..dofs.len()]);
+                    let tau = held.map(|held| -held);
                     f = transmitted(f, &self.subspace[dofs], &tau);
                 }
             }
