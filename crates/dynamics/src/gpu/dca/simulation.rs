@@ -86,7 +86,8 @@ impl Simulation {
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
     /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::TooManyLoops`];
+    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::SphericalElementUnavailable`],
+    /// [`Error::TooManyLoops`];
     /// [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         let elements = model.first_element().map(|_| Elements::new(model).into());
@@ -101,6 +102,9 @@ impl Simulation {
         elements: Option<Box<Elements>>,
     ) -> Result<Self, Error> {
         crate::gpu::check_model(model)?;
+        if let Some(elements) = &elements {
+            elements.check_spherical()?;
+        }
         let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
@@ -219,6 +223,12 @@ impl Simulation {
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
         let own = forces.joint_inertia.iter().position(|&own| own != 0.0);
+        let mut across = forces.joint_inertia_across.iter();
+        if let Some(dof) = across.position(|&own| own != 0.0) {
+            return Err(Error::SphericalElementUnavailable {
+                body: crate::forces::body_of_dof(&self.model, dof),
+            });
+        }
         if let (None, Some(dof)) = (&self.elements, own) {
             let body = crate::forces::body_of_dof(&self.model, dof);
             let elements = Elements::new(&self.model).into();

@@ -5,7 +5,7 @@ use crate::elements::PASSES;
 use crate::gpu::dca::Options;
 use crate::gpu::dca::engine::{JOINT_FORCES, Task};
 use crate::gpu::{Explicit, Kernels};
-use crate::{Elements, Error, Forces, Motor, Work};
+use crate::{Elements, Error, Forces, Motor, SphericalMotor, Work};
 use vertebra_assembly::{BodyId, Model};
 use vertebra_gpu::Timing;
 use vertebra_shaders::dca::{DRIVEN_NUMBERS, MOST_ATTEMPTS};
@@ -33,6 +33,20 @@ impl Simulation {
         elements.set_motor(body, motor)?;
         let name = self.model.bodies()[body.index()].name.clone();
         self.take_elements(elements, (&name, Kernels::element_unavailable))
+    }
+
+    /// Refuses the motor of a spherical joint, which no kernel computes.
+    ///
+    /// # Errors
+    /// [`Error::SphericalElementUnavailable`] of every motor that is not off.
+    pub fn set_spherical_motor(
+        &mut self,
+        body: BodyId,
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        let mut elements = Elements::new(&self.model);
+        elements.set_spherical_motor(body, motor)?;
+        elements.check_spherical()
     }
 
     /// What acts in the joints; none where nothing ever did. [`work`](Self::work) is done on the device, and not
