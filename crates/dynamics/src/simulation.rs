@@ -64,7 +64,7 @@ impl Simulation {
     ///
     /// # Errors
     /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`; of models with closed loops also
-    /// `Error::JointUnavailable`, `Error::ElementUnavailable` and `Error::TooManyLoops`.
+    /// `Error::TooManyLoops`.
     pub fn on(device: &Device, model: Model) -> Result<Self, Error> {
         let (runs, choice) = Runs::on(device, &model)?;
         Ok(Self::from_parts(model, runs, choice))
@@ -274,8 +274,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; of the first motor on a GPU also
-    /// [`Error::ModelTooLarge`] and `Error::Gpu`, and of models with closed loops `Error::ElementUnavailable`. The motor
-    /// is then as it was.
+    /// [`Error::ModelTooLarge`] and `Error::Gpu`. The motor is then as it was.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
         match &mut self.runs {
             Runs::Host(host) => {
@@ -307,16 +306,13 @@ impl Simulation {
         }
     }
 
-    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
+    /// Work done by springs, dampers, friction, stops, motors and closed loops in the steps taken so far.
     ///
     /// # Errors
     /// [`Error::Overflow`] if the sums overflowed. On a GPU, from which it is read back, `Error::Gpu`.
     pub fn work(&mut self) -> Result<Work, Error> {
         let work = match &mut self.runs {
-            Runs::Host(host) => {
-                let elements = host.elements.as_deref();
-                elements.map_or_else(Work::default, |elements| *elements.work())
-            }
+            Runs::Host(host) => host.work(),
             #[cfg(feature = "gpu")]
             Runs::Gpu(remote) => remote.simulation.work()?,
         };
@@ -475,7 +471,7 @@ impl Simulation {
         let mut host = Host::new(&self.model, solver);
         if let Runs::Gpu(remote) = &mut self.runs {
             // Brings what the device has summed up to the elements.
-            remote.simulation.work()?;
+            host.loop_work = remote.simulation.work()?.loops;
             if let Some(elements) = remote.simulation.elements() {
                 host.elements = Some(Box::new(elements.clone()));
             }
