@@ -212,6 +212,26 @@ fn corrected_chains() {
     }
 }
 
+/// What masses cost inside chunks is corrected too, and what joins have rounded of it: no digit of theirs is left to
+/// be seen beyond rounding, though f64 alone loses up to eight.
+#[test]
+fn corrected_masses() {
+    let Some(device) = device() else { return };
+    let rod = Rod::default();
+    for (masses, reach) in [
+        (Masses::HeavyTips(1e8), 1),
+        (Masses::EveryEighth(1e4), 1),
+        (Masses::Decades(8.0), 1),
+    ] {
+        let model = generate::uneven_tree(100, reach, &rod, &masses, 5).unwrap();
+        // In chunks of four joints no heavy end is a leaf.
+        let options = options(Precision::F64, Precision::F32, 4);
+        let [_, _, two, _] = refined_errors(&device, &model, 7, &options);
+        let bound = 64.0 * 10.0 * f64::EPSILON;
+        assert!(two <= bound, "{masses:?}: {two:e}");
+    }
+}
+
 #[test]
 fn corrected_trees() {
     let Some(device) = device() else { return };
