@@ -99,6 +99,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),
     check("dynamics_loops", loops::loops),
+    check("dynamics_loaded_loops", loops::loaded),
     check("dca_overflow", dynamics::overflow),
     check("dynamics_device_lost", dynamics::device_lost),
     check("no_nan", no_nan),

@@ -12,8 +12,8 @@ pub use poses::PendingPoses;
 
 use crate::{
     Achieved, BodyMotion, Choice, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor,
-    Motor, Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses,
-    forward_kinematics, joint_wrenches, mechanics,
+    Motor, Precision, Solver, SolverOptions, SphericalMotor, Stored, Work, Workspace, aba,
+    body_poses, forward_kinematics, joint_wrenches, mechanics,
 };
 use crate::{LoopForces, LoopViolation};
 use core::ops::Range;
@@ -64,7 +64,7 @@ impl Simulation {
     ///
     /// # Errors
     /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`; of models with closed loops also
-    /// `Error::JointUnavailable`, `Error::ElementUnavailable` and `Error::TooManyLoops`.
+    /// `Error::TooManyLoops`.
     pub fn on(device: &Device, model: Model) -> Result<Self, Error> {
         let (runs, choice) = Runs::on(device, &model)?;
         Ok(Self::from_parts(model, runs, choice))
@@ -274,8 +274,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; of the first motor on a GPU also
-    /// [`Error::ModelTooLarge`] and `Error::Gpu`, and of models with closed loops `Error::ElementUnavailable`. The motor
-    /// is then as it was.
+    /// [`Error::ModelTooLarge`] and `Error::Gpu`. The motor is then as it was.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
         match &mut self.runs {
             Runs::Host(host) => {
@@ -287,16 +286,33 @@ impl Simulation {
         }
     }
 
-    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
+    /// Sets the motor of a spherical joint, as [`set_motor`](Self::set_motor) does of others.
+    ///
+    /// # Errors
+    /// As [`set_motor`](Self::set_motor)'s.
+    pub fn set_spherical_motor(
+        &mut self,
+        body: BodyId,
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        match &mut self.runs {
+            Runs::Host(host) => {
+                let new = || Elements::new(&self.model).into();
+                let elements = host.elements.get_or_insert_with(new);
+                elements.set_spherical_motor(body, motor)
+            }
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => remote.simulation.set_spherical_motor(body, motor),
+        }
+    }
+
+    /// Work done by springs, dampers, friction, stops, motors and closed loops in the steps taken so far.
     ///
     /// # Errors
     /// [`Error::Overflow`] if the sums overflowed. On a GPU, from which it is read back, `Error::Gpu`.
     pub fn work(&mut self) -> Result<Work, Error> {
         let work = match &mut self.runs {
-            Runs::Host(host) => {
-                let elements = host.elements.as_deref();
-                elements.map_or_else(Work::default, |elements| *elements.work())
-            }
+            Runs::Host(host) => host.work(),
             #[cfg(feature = "gpu")]
             Runs::Gpu(remote) => remote.simulation.work()?,
         };
@@ -455,7 +471,7 @@ impl Simulation {
         let mut host = Host::new(&self.model, solver);
         if let Runs::Gpu(remote) = &mut self.runs {
             // Brings what the device has summed up to the elements.
-            remote.simulation.work()?;
+            host.loop_work = remote.simulation.work()?.loops;
             if let Some(elements) = remote.simulation.elements() {
                 host.elements = Some(Box::new(elements.clone()));
             }
