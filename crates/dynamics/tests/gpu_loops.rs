@@ -339,6 +339,14 @@ fn mechanisms_move_as_on_the_cpu() {
                 for simulation in [&mut host, &mut remote] {
                     simulation.steps(1e-3, 20).unwrap();
                 }
+                let [done, expected] = [&mut remote, &mut host].map(|s| s.work().unwrap().loops);
+                let energy = host.mechanics().unwrap();
+                let energy = energy.kinetic_energy + energy.potential_energy.abs();
+                assert!(
+                    (done - expected).abs() <= bound * energy,
+                    "{} {precisions:?} {integrator:?}: work {done:e}, {expected:e}",
+                    model.name()
+                );
                 let violation = remote.loop_violation().unwrap().unwrap();
                 assert!(violation.position <= left, "{precisions:?}: {violation:?}");
                 let (a, b) = (host.state().unwrap(), remote.state().unwrap());
