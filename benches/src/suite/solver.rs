@@ -268,11 +268,13 @@ impl Solver for Refined {
             let mut workspace = DcaWorkspace::new(model, options)?;
             dca(model, state, forces, &mut workspace)?;
             self.refined(forces, &mut workspace)?;
+            workspace.compute_joint_wrenches(forces)?;
             return residual(model, state, forces, &workspace).map(Some);
         }
         let mut workspace = Workspace::new(model, Precision::F64);
         aba(model, state, forces, &mut workspace)?;
         self.refined(forces, &mut workspace)?;
+        joint_wrenches(&mut workspace)?;
         residual(model, state, forces, &workspace).map(Some)
     }
 }

@@ -12,8 +12,8 @@ pub use poses::PendingPoses;
 
 use crate::{
     Achieved, BodyMotion, Choice, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor,
-    Motor, Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses,
-    forward_kinematics, joint_wrenches, mechanics,
+    Motor, Precision, Solver, SolverOptions, SphericalMotor, Stored, Work, Workspace, aba,
+    body_poses, forward_kinematics, joint_wrenches, mechanics,
 };
 use crate::{LoopForces, LoopViolation};
 use core::ops::Range;
@@ -283,6 +283,26 @@ impl Simulation {
             }
             #[cfg(feature = "gpu")]
             Runs::Gpu(remote) => remote.simulation.set_motor(body, motor),
+        }
+    }
+
+    /// Sets the motor of a spherical joint, as [`set_motor`](Self::set_motor) does of others.
+    ///
+    /// # Errors
+    /// As [`set_motor`](Self::set_motor)'s.
+    pub fn set_spherical_motor(
+        &mut self,
+        body: BodyId,
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        match &mut self.runs {
+            Runs::Host(host) => {
+                let new = || Elements::new(&self.model).into();
+                let elements = host.elements.get_or_insert_with(new);
+                elements.set_spherical_motor(body, motor)
+            }
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => remote.simulation.set_spherical_motor(body, motor),
         }
     }
 

@@ -108,6 +108,7 @@ fn corrections_reach_the_last_bits_of_the_reference() {
             for _ in 0..sweeps {
                 refine(&forces, &mut workspace).unwrap();
             }
+            workspace.compute_joint_wrenches(&forces).unwrap();
             let left = residual(&model, &state, &forces, &workspace).unwrap();
             let bound = 64.0 * Precision::Reference.epsilon() * model.depth() as f64;
             assert!(left.by_body <= bound, "{joins}, reach {reach}: {left:?}");

@@ -88,7 +88,7 @@ impl Simulation {
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
     /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::TooManyLoops`]; [`Error::Gpu`].
+    /// fit; [`Error::SphericalElementUnavailable`], [`Error::TooManyLoops`]; [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         let elements = model.first_element().map(|_| Elements::new(model).into());
         Self::with_elements(device, model, options, elements)
@@ -101,6 +101,9 @@ impl Simulation {
         options: &Options,
         elements: Option<Box<Elements>>,
     ) -> Result<Self, Error> {
+        if let Some(elements) = &elements {
+            elements.check_spherical()?;
+        }
         let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
@@ -219,6 +222,12 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
+        let mut across = forces.joint_inertia_across.iter();
+        if let Some(dof) = across.position(|&own| own != 0.0) {
+            return Err(Error::SphericalElementUnavailable {
+                body: crate::forces::body_of_dof(&self.model, dof),
+            });
+        }
         let has_own = forces.joint_inertia.iter().any(|&own| own != 0.0);
         if self.elements.is_none() && has_own {
             self.take_elements(Elements::new(&self.model).into())?;

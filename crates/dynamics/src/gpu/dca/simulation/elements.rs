@@ -5,7 +5,7 @@ use crate::elements::PASSES;
 use crate::gpu::Explicit;
 use crate::gpu::dca::Options;
 use crate::gpu::dca::engine::{JOINT_FORCES, Task};
-use crate::{Elements, Error, Forces, Motor, Work};
+use crate::{Elements, Error, Forces, Motor, SphericalMotor, Work};
 use vertebra_assembly::{BodyId, Model};
 use vertebra_gpu::Timing;
 use vertebra_shaders::dca::{DRIVEN_NUMBERS, MOST_ATTEMPTS, WORKS};
@@ -31,6 +31,20 @@ impl Simulation {
         let mut elements = Box::new(Elements::new(&self.model));
         elements.set_motor(body, motor)?;
         self.take_elements(elements)
+    }
+
+    /// Refuses the motor of a spherical joint, which no kernel computes.
+    ///
+    /// # Errors
+    /// [`Error::SphericalElementUnavailable`] of every motor that is not off.
+    pub fn set_spherical_motor(
+        &mut self,
+        body: BodyId,
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        let mut elements = Elements::new(&self.model);
+        elements.set_spherical_motor(body, motor)?;
+        elements.check_spherical()
     }
 
     /// What acts in the joints; none where nothing ever did. [`work`](Self::work) is done on the device, and not
