@@ -10,7 +10,7 @@ mod dynamics_errors;
 mod elements;
 mod faults;
 mod forward_errors;
-pub mod loops;
+mod loops;
 mod mismatches;
 mod primitives;
 pub(crate) mod runtime;

@@ -315,10 +315,15 @@ fn mechanisms_move_as_on_the_cpu() {
             Precision::F32 => 1e-4,
             _ => 1e-9,
         };
-        for (model, state) in mechanisms() {
+        for (index, (model, state)) in mechanisms().into_iter().enumerate() {
+            // Kernels take their time to compile, for each precision and integrator.
+            let is_third = index % 3 == 0;
+            if precisions.1 != Precision::F64 && !is_third {
+                continue;
+            }
             for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
-                // Kernels take their time to compile; the closing is the same.
-                if integrator == Integrator::RungeKutta4 && precisions.1 != Precision::F64 {
+                let is_higher = integrator == Integrator::RungeKutta4;
+                if is_higher && !(is_third && precisions.1 == Precision::F64) {
                     continue;
                 }
                 let mut host = Simulation::new(model.clone())

@@ -144,7 +144,7 @@ pub(super) fn violations(device: &Device) -> Outcome {
 }
 
 /// The largest violation that is seen, after every so many steps all in f32.
-pub fn largest_violation(
+fn largest_violation(
     device: &Device,
     model: &Model,
     start: State,
