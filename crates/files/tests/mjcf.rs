@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
 use std::sync::Arc;
 use vertebra_assembly::xml::XmlProblem;
-use vertebra_assembly::{Closure, JointKind, Model, State};
+use vertebra_assembly::{BallRange, Closure, JointKind, Model, State};
 use vertebra_dynamics::{
     Elements, Forces, Motor, Precision, Simulation, Workspace, aba, forward_kinematics,
 };
