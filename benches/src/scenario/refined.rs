@@ -6,7 +6,7 @@ use crate::row::Row;
 use crate::suite::{relative_error, worst_of};
 use vertebra::{
     DcaOptions, DcaWorkspace, Error, Forces, Model, Precision, Solved, State, Workspace, aba, dca,
-    refine, residual,
+    joint_wrenches, refine, residual,
 };
 
 /// A method and its memory.
@@ -40,7 +40,7 @@ impl Method {
         }
     }
 
-    fn residual(&self, model: &Model, state: &State, forces: &Forces) -> Result<f64, Error> {
+    fn residual(&mut self, model: &Model, state: &State, forces: &Forces) -> Result<f64, Error> {
         fn by_body(
             model: &Model,
             state: &State,
@@ -50,8 +50,14 @@ impl Method {
             residual(model, state, forces, solved).map(|residual| residual.by_body)
         }
         match self {
-            Self::Aba(workspace) => by_body(model, state, forces, &**workspace),
-            Self::Dca(workspace) => by_body(model, state, forces, &**workspace),
+            Self::Aba(workspace) => {
+                joint_wrenches(workspace)?;
+                by_body(model, state, forces, &**workspace)
+            }
+            Self::Dca(workspace) => {
+                workspace.compute_joint_wrenches(forces)?;
+                by_body(model, state, forces, &**workspace)
+            }
         }
     }
 }

@@ -234,8 +234,9 @@ impl Solver for Refined {
         self.name
     }
 
+    /// That of the residuals.
     fn precision(&self) -> Precision {
-        Precision::F64
+        self.tree.map_or(Precision::F64, |options| options.chunks)
     }
 
     fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {
@@ -267,11 +268,13 @@ impl Solver for Refined {
             let mut workspace = DcaWorkspace::new(model, options)?;
             dca(model, state, forces, &mut workspace)?;
             self.refined(forces, &mut workspace)?;
+            workspace.compute_joint_wrenches(forces)?;
             return residual(model, state, forces, &workspace).map(Some);
         }
         let mut workspace = Workspace::new(model, Precision::F64);
         aba(model, state, forces, &mut workspace)?;
         self.refined(forces, &mut workspace)?;
+        joint_wrenches(&mut workspace)?;
         residual(model, state, forces, &workspace).map(Some)
     }
 }

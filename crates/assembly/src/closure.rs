@@ -380,7 +380,7 @@ pub(crate) fn carried_over(
     let couplings = couplings.into_iter().filter_map(|coupling| {
         let (body, other) = (find(coupling.body)?, find(coupling.other)?);
         let single = |id: BodyId| bodies[id.index()].joint.kind.dof_count() == 1;
-        (single(body) && single(other)).then(|| Coupling {
+        (single(body) && single(other)).then_some(Coupling {
             body,
             other,
             ..coupling

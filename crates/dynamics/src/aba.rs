@@ -79,7 +79,7 @@ pub fn joint_wrenches(workspace: &mut Workspace) -> Result<(), Error> {
         return Ok(());
     }
     let failed = in_precision!(&mut workspace.arrays, s => {
-        s.transmit();
+        s.transmit(workspace.computed.responded);
         s.joint_wrench.iter().position(|f| !f.is_finite())
     });
     workspace.refuse_overflow("joint force", failed)?;
@@ -340,21 +340,53 @@ impl<T: Number> Sweeps<T> {
         (passed, Force::new(self.driven(i).angular, force))
     }
 
-    /// The force each joint transmits, f = IA a + pA.
+    /// The forces that the joints transmit, f = IA a + pA.
     ///
     /// Summing the bodies' forces from the tips up instead would keep Newton-Euler exact but let
     /// the joint forces S' f drift from tau by 1e-7 of their terms at 5000 bodies in f64; this form
-    /// stays within 2e-12, and [`transmitted`] takes that out.
-    fn transmit(&mut self) {
-        for i in 0..self.links.len() {
-            let f = self.articulated[i].mul(self.acceleration[i]) + self.bias[i];
-            let dofs = self.dofs(i);
-            let mut tau = self.own(i).mul(&self.u[dofs.clone()]).map(|held| -held);
-            for (tau, &given) in tau.iter_mut().zip(&self.tau[dofs.clone()]) {
-                *tau += given;
+    /// stays within 2e-12, and [`transmitted`] takes that out. Corrections sum, but over
+    /// [runs](crate::correct) of bodies alone, and leave pA where these end.
+    fn transmit(&mut self, responded: bool) {
+        let corrections = self.corrections.take();
+        let runs = corrections.as_ref().filter(|_| responded);
+        self.joint_wrench.fill(Force::ZERO);
+        for i in (0..self.links.len()).rev() {
+            let f = if runs.is_some_and(|own| own.sums(i)) {
+                let inertial = self.inertia[i].mul(self.acceleration[i]);
+                inertial - self.external[i] + self.joint_wrench[i]
+            } else {
+                self.whole_force(i)
+            };
+            let f = self.driven_right(i, f);
+            self.joint_wrench[i] = f;
+            if let Some(parent) = self.links[i].parent {
+                self.joint_wrench[parent] += f.shifted_back(self.offset[i]);
             }
-            self.joint_wrench[i] = transmitted(f, &self.subspace[dofs], &tau);
         }
+        self.corrections = corrections;
+    }
+
+    /// IA a + pA.
+    #[inline(always)]
+    pub(crate) fn whole_force(&self, i: usize) -> Force<T> {
+        self.articulated[i].mul(self.acceleration[i]) + self.bias[i]
+    }
+
+    /// What drives the freedom of a joint that has no other, but for what its own inertia takes.
+    #[inline(always)]
+    pub(crate) fn driving(&self, dof: usize) -> T {
+        self.tau[dof] - self.added[dof] * self.u[dof]
+    }
+
+    /// A transmitted force that is right but for rounding, with what drives the joint along its freedoms.
+    pub(crate) fn driven_right(&self, i: usize, f: Force<T>) -> Force<T> {
+        let dofs = self.dofs(i);
+        let held = self.own(i).mul(&self.u[dofs.clone()]);
+        let mut tau = held.map(|held| -held);
+        for (tau, &given) in tau.iter_mut().zip(&self.tau[dofs.clone()]) {
+            *tau += given;
+        }
+        transmitted(f, &self.subspace[dofs], &tau)
     }
 
     /// S tau of a body's joint.

@@ -1,36 +1,42 @@
 //! Iterative refinement of what the articulated-body algorithm computed.
 //!
-//! The solution leaves, of the equations of a body,
+//! With forces f that the joints transmit, a solution leaves, of the equations of a body,
 //!
 //! r = external + f - I a - sum over children of X' f_child;
 //!
-//! S'f = tau - E qdd and a = X a_parent + c + S qdd hold to rounding, since they were computed so. The correction
+//! S'f = tau - E qdd and a = X a_parent + c + S qdd hold to rounding, since they are computed so. The correction
 //! solves the same equations for bodies at rest on which r acts, with the factors at hand (symbols of
 //! [`aba`](crate::aba)). Up: pA = -r + sum of X' pa, u = -S' pA, pa = pA + U D^-1 u. Down: a' = X a_parent,
-//! qdd = D^-1 (u - U'a'), a = a' + S qdd; then f = IA a + pA.
+//! qdd = D^-1 (u - U'a'), a = a' + S qdd. Both are added to those of the solution, pA too.
+//!
+//! Any f near those of the solution will do: how far off they are is in r. IA a + pA is right everywhere but costs
+//! as much as the rest of a body together; what balances the body, r = 0 but for what S'f = tau then takes out, is
+//! at hand. But summed from the tips the error of a joint's acceleration would come out n^3 times as large, or more. So
+//! forces are summed over **runs** of [`RUN`] bodies, which start anew from IA a + pA.
 //!
 //! What is left by one is the [drift](crate::drift) of the bodies' places. The second takes it out first: a
-//! and f are made to fit the joints where these then are, and r shows what that moves.
+//! is made to fit the joints where these then are, and r shows what that moves.
 
 use crate::across::Given;
 use crate::drift::Drift;
-use crate::drive::transmitted;
 use crate::link::{Kind, Link};
-use crate::own::OwnInertia;
 use crate::refine::{Loads, Size, relative};
 use crate::workspace::{Sweeps, in_precision};
-use crate::{Error, Forces, Refinement, Workspace, finite_results, joint_wrenches};
+use crate::{Error, Forces, Refinement, Workspace, finite_results};
 use core::ops::AddAssign;
 use vertebra_assembly::{Model, Units};
 use vertebra_spatial::{Force, Motion, Real, Vec3};
 
+/// Bodies of a run. Sixteen are short enough for f32, and what starts a run is no longer noticed.
+const RUN: usize = 16;
+
 /// Memory of the corrections, one entry a body unless it says otherwise.
 #[derive(Clone, Debug)]
 pub(crate) struct Corrections<T> {
+    /// Whether what a body's joint transmits is summed, and not the start of a run.
+    sums: Vec<bool>,
     /// What children other than the next body hand on; nothing between corrections.
     arriving: Vec<Arriving<T>>,
-    /// pA.
-    biases: Vec<Force<T>>,
     /// Of bodies that have children other than the next.
     accelerations: Vec<Motion<T>>,
     /// u, then the correction of qdd; one entry a freedom.
@@ -46,7 +52,7 @@ struct Arriving<T> {
     taken: Force<T>,
     /// Their bias force.
     bias: Force<T>,
-    /// Size of what they take.
+    /// Size of what they take, where rounding is the load.
     size: Size<T>,
 }
 
@@ -67,12 +73,24 @@ impl<T: Real> AddAssign for Arriving<T> {
     }
 }
 
+impl<T> Corrections<T> {
+    /// Whether what a body's joint transmits is summed from what its children take.
+    pub(crate) fn sums(&self, body: usize) -> bool {
+        self.sums[body]
+    }
+}
+
 impl<T: Real> Corrections<T> {
     fn new(bodies: usize, freedoms: usize, model: &Model) -> Self {
+        let mut depths: Vec<usize> = Vec::with_capacity(bodies);
+        for body in model.bodies() {
+            let depth = (body.parent).map_or(0, |parent| depths[parent.index()] + 1);
+            depths.push(depth);
+        }
         Self {
+            sums: depths.iter().map(|depth| depth % RUN != 0).collect(),
             drift: Drift::of(model, T::EPSILON.to_f64()),
             arriving: vec![Arriving::NOTHING; bodies],
-            biases: vec![Force::ZERO; bodies],
             accelerations: vec![Motion::ZERO; bodies],
             u: vec![T::ZERO; freedoms],
         }
@@ -83,9 +101,7 @@ impl Workspace {
     /// Corrects the solution of the last [`aba`](crate::aba) once, or adds the response to other loads.
     pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         forces.check(&self.model)?;
-        if !self.computed.joint_wrenches {
-            joint_wrenches(self)?;
-        }
+        self.joint_accelerations()?;
         self.computed.accelerations = false;
         self.computed.joint_wrenches = false;
         let settles = loads == Loads::Settled && !self.computed.settled;
@@ -105,8 +121,11 @@ impl Workspace {
             if settles && let Some(drift) = &mut own.drift {
                 s.settle(drift, &given, forces, model.units());
             }
-            refined.residual = s.gather_again(&mut own, loads);
-            s.respond_again(&mut own);
+            refined.residual = match loads {
+                Loads::Left | Loads::Settled => s.gather_again::<false>(&mut own),
+                Loads::Rounding => s.gather_again::<true>(&mut own),
+            };
+            let finite = s.respond_again(&mut own);
             let (mut change, mut largest) = (0.0_f64, least);
             for (k, &by) in own.u.iter().enumerate() {
                 s.u[k] += by;
@@ -116,12 +135,12 @@ impl Workspace {
             }
             refined.change = relative(change, largest);
             s.corrections = Some(own);
-            s.acceleration.iter().position(|a| !a.is_finite())
+            s.acceleration.iter().position(|a| !(finite || a.is_finite()))
         });
         self.refuse_overflow("acceleration", failed)?;
         finite_results(&self.model, "joint acceleration", &self.qdd, self.time)?;
         self.computed.accelerations = true;
-        self.computed.joint_wrenches = true;
+        self.computed.responded = true;
         self.computed.corrected |= loads != Loads::Rounding;
         self.computed.settled |= settles;
         Ok(refined)
@@ -140,14 +159,10 @@ impl Workspace {
 
 impl<T: Real> Sweeps<T> {
     /// Takes the drift out of the bodies' places. Of the solution, the accelerations are summed up again from
-    /// those of the joints, and the transmitted forces have along the freedoms what drives these.
+    /// those of the joints.
     fn settle(&mut self, drift: &mut Drift, given: &Given<'_>, forces: &Forces, units: &Units) {
         let (links, rotations, spins) = (&self.links, &self.rotation, &self.spin);
         let place = |i: usize| (rotations[i], spins[i]);
-        let own = OwnInertia {
-            diagonal: &self.added,
-            across: &self.across,
-        };
         drift.measure(given, links.len(), |i| &links[i], place);
         for i in 0..self.links.len() {
             let dofs = self.dofs(i);
@@ -167,14 +182,9 @@ impl<T: Real> Sweeps<T> {
                 .parent
                 .map_or(self.base, |parent| self.acceleration[parent]);
             let mut a = above.shifted(r) + c;
-            for (dof, &column) in dofs.clone().zip(&*columns) {
-                a += column * self.u[dof];
+            for (&qdd, &column) in self.u[dofs].iter().zip(&*columns) {
+                a += column * qdd;
             }
-            let mut tau = own.of(dofs.clone()).mul(&self.u[dofs.clone()]);
-            for (tau, &given) in tau.iter_mut().zip(&self.tau[dofs]) {
-                *tau = given - *tau;
-            }
-            self.joint_wrench[i] = transmitted(self.joint_wrench[i], columns, &tau);
             self.acceleration[i] = a;
             self.external[i] = -inertia.bias(spin);
             self.inertia[i] = inertia;
@@ -189,7 +199,10 @@ impl<T: Real> Sweeps<T> {
 
     /// Up: bias forces of what acts. Gives the largest part of its terms that a body's equation
     /// leaves.
-    fn gather_again(&self, own: &mut Corrections<T>, loads: Loads) -> f64 {
+    ///
+    /// Joints of one freedom are worked through in place: a force that some path takes through memory waits there
+    /// for as long as the rest of a body takes.
+    fn gather_again<const ROUNDING: bool>(&mut self, own: &mut Corrections<T>) -> f64 {
         let mut worst = 0.0_f64;
         let mut arriving = Arriving::NOTHING;
         for i in (0..self.links.len()).rev() {
@@ -203,51 +216,120 @@ impl<T: Real> Sweeps<T> {
             if gathers {
                 arriving += core::mem::replace(&mut own.arriving[i], Arriving::NOTHING);
             }
-            let (f, external) = (self.joint_wrench[i], self.external[i]);
+            let external = self.external[i];
             let inertial = self.inertia[i].mul(self.acceleration[i]);
-            let rest = (f + external) - (inertial + arriving.taken);
-            let size = (Size::of_force(f).or(Size::of_force(external)))
-                .or(Size::of_force(inertial).or(arriving.size));
-            worst = worst.max(size.left(Size::of_force(rest)));
-            let load = match loads {
-                Loads::Left | Loads::Settled => rest,
-                Loads::Rounding => {
-                    let turned = Size::of_turning(&self.inertia[i], self.acceleration[i]);
-                    size.or(turned).rounding(i)
-                }
+            let balanced = inertial - external + arriving.taken;
+            let mut f = if own.sums[i] {
+                balanced
+            } else {
+                self.whole_force(i)
             };
-            let bias = arriving.bias - load;
-            own.biases[i] = bias;
-            let passed = match kind {
-                Kind::Revolute | Kind::Prismatic => {
-                    let column = self.subspace[v];
-                    let u = if kind == Kind::Revolute {
-                        -column.angular.dot(bias.angular)
-                    } else {
-                        -column.linear.dot(bias.linear)
-                    };
-                    own.u[v] = u;
-                    bias + self.u_columns[v] * (u * self.d_inverse[i])
+            match kind {
+                Kind::Revolute => {
+                    let axis = self.subspace[v].angular;
+                    f.angular -= axis * (axis.dot(f.angular) - self.driving(v));
                 }
-                _ => self.let_go_again(i, own, bias),
-            };
-            arriving = Arriving::NOTHING;
-            if let Some(parent) = parent {
-                let r = self.offset[i];
-                let taken = f.shifted_back(r);
-                let handed = Arriving {
-                    taken,
-                    bias: passed.shifted_back(r),
-                    size: Size::of_force(taken),
-                };
-                if parent + 1 == i {
-                    arriving = handed;
-                } else {
-                    own.arriving[parent] += handed;
+                Kind::Prismatic => {
+                    let axis = self.subspace[v].linear;
+                    f.linear -= axis * (axis.dot(f.linear) - self.driving(v));
+                }
+                _ => {
+                    let handed = self.gather_several::<ROUNDING>(i, own, &arriving, &mut worst);
+                    arriving = self.hand_on_again(i, own, handed);
+                    continue;
                 }
             }
+            let rest = f - balanced;
+            // Of four terms that cancel the largest is at most three times as large as that of the others.
+            let size =
+                (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
+            worst = worst.max(size.left(Size::of_force(rest)));
+            let load = if ROUNDING {
+                self.rounding(i, size.or(arriving.size))
+            } else {
+                rest
+            };
+            let bias = arriving.bias - load;
+            self.bias[i] += bias;
+            let u = -self.subspace[v].dot(bias);
+            own.u[v] = u;
+            let passed = bias + self.u_columns[v] * (u * self.d_inverse[i]);
+            let r = self.offset[i];
+            let taken = f.shifted_back(r);
+            let handed = Arriving {
+                taken,
+                bias: passed.shifted_back(r),
+                size: if ROUNDING {
+                    Size::of_force(taken)
+                } else {
+                    Size::ZERO
+                },
+            };
+            arriving = match parent {
+                Some(parent) if parent + 1 == i => handed,
+                _ => self.hand_on_again(i, own, handed),
+            };
         }
         worst
+    }
+
+    /// Puts what a body hands on where its parent finds it; gives what is at hand for the next body.
+    #[inline(always)]
+    fn hand_on_again(
+        &self,
+        i: usize,
+        own: &mut Corrections<T>,
+        handed: Arriving<T>,
+    ) -> Arriving<T> {
+        match self.links[i].parent {
+            Some(parent) if parent + 1 == i => return handed,
+            Some(parent) => own.arriving[parent] += handed,
+            None => {}
+        }
+        Arriving::NOTHING
+    }
+
+    /// A force as large as the rounding of a body's equation, given the size of its terms.
+    fn rounding(&self, i: usize, size: Size<T>) -> Force<T> {
+        let turned = Size::of_turning(&self.inertia[i], self.acceleration[i]);
+        size.or(turned).rounding(i)
+    }
+
+    /// The same of a body whose joint has no or several freedoms, given what arrives: what it hands on.
+    fn gather_several<const ROUNDING: bool>(
+        &mut self,
+        i: usize,
+        own: &mut Corrections<T>,
+        arriving: &Arriving<T>,
+        worst: &mut f64,
+    ) -> Arriving<T> {
+        let external = self.external[i];
+        let inertial = self.inertia[i].mul(self.acceleration[i]);
+        let balanced = inertial - external + arriving.taken;
+        let f = if own.sums[i] {
+            balanced
+        } else {
+            self.whole_force(i)
+        };
+        let f = self.driven_right(i, f);
+        let rest = f - balanced;
+        let size = (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
+        *worst = worst.max(size.left(Size::of_force(rest)));
+        let load = if ROUNDING {
+            self.rounding(i, size.or(arriving.size))
+        } else {
+            rest
+        };
+        let bias = arriving.bias - load;
+        self.bias[i] += bias;
+        let passed = self.let_go_again(i, own, bias);
+        let r = self.offset[i];
+        let taken = f.shifted_back(r);
+        Arriving {
+            taken,
+            bias: passed.shifted_back(r),
+            size: Size::of_force(taken),
+        }
     }
 
     /// Takes what a joint of no or several freedoms lets go out of a bias force.
@@ -273,9 +355,10 @@ impl<T: Real> Sweeps<T> {
         passed
     }
 
-    /// Down: corrects the bodies' accelerations and transmitted forces.
-    fn respond_again(&mut self, own: &mut Corrections<T>) {
+    /// Down: corrects the bodies' accelerations; says whether they are finite.
+    fn respond_again(&mut self, own: &mut Corrections<T>) -> bool {
         let mut last = Motion::ZERO;
+        let mut finite = true;
         for i in 0..self.links.len() {
             let Link {
                 parent,
@@ -290,7 +373,6 @@ impl<T: Real> Sweeps<T> {
                 None => Motion::ZERO,
             };
             let mut a = above.shifted(self.offset[i]);
-            let mut f;
             match kind {
                 // U' a' = (X' U)' a_parent does not wait for a'.
                 Kind::Revolute => {
@@ -298,16 +380,12 @@ impl<T: Real> Sweeps<T> {
                     let response = (own.u[v] - above.dot(self.above[v].0)) * self.d_inverse[i];
                     own.u[v] = response;
                     a.angular += axis * response;
-                    f = self.articulated[i].mul(a) + own.biases[i];
-                    f.angular -= axis * (axis.dot(f.angular) + self.added[v] * response);
                 }
                 Kind::Prismatic => {
                     let axis = self.subspace[v].linear;
                     let response = (own.u[v] - above.dot(self.above[v].0)) * self.d_inverse[i];
                     own.u[v] = response;
                     a.linear += axis * response;
-                    f = self.articulated[i].mul(a) + own.biases[i];
-                    f.linear -= axis * (axis.dot(f.linear) + self.added[v] * response);
                 }
                 _ => {
                     let dofs = self.dofs(i);
@@ -316,23 +394,21 @@ impl<T: Real> Sweeps<T> {
                         *response = own.u[dof] - a.dot(self.u_columns[dof]);
                     }
                     self.solve_pivots(i, &mut response);
-                    for (dof, response) in dofs.clone().zip(response) {
+                    for (dof, response) in dofs.zip(response) {
                         a += self.subspace[dof] * response;
                         own.u[dof] = response;
                     }
-                    f = self.articulated[i].mul(a) + own.biases[i];
-                    let held = self.own(i).mul(&response[..dofs.len()]);
-                    let tau = held.map(|held| -held);
-                    f = transmitted(f, &self.subspace[dofs], &tau);
                 }
             }
             if gathers {
                 own.accelerations[i] = a;
             }
             last = a;
-            self.acceleration[i] += a;
-            self.joint_wrench[i] += f;
+            a += self.acceleration[i];
+            self.acceleration[i] = a;
+            finite &= a.is_finite();
         }
+        finite
     }
 
     /// Multiplies with D^-1 of a joint, which of one freedom is a number.

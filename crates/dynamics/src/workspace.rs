@@ -83,6 +83,9 @@ pub(crate) struct Computed {
     pub(crate) poses: bool,
     pub(crate) accelerations: bool,
     pub(crate) joint_wrenches: bool,
+    /// Whether loads have been put through the factors since: of pA only that [where runs start](crate::correct)
+    /// then goes with the accelerations.
+    pub(crate) responded: bool,
     /// Whether the solution has been corrected, and the drift taken out of the bodies' places.
     pub(crate) corrected: bool,
     pub(crate) settled: bool,

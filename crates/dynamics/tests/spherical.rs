@@ -349,7 +349,6 @@ fn algorithms_agree_on_stops() {
                 schedule: Some(ScheduleOptions {
                     window,
                     longest_chunk: 2 * window,
-                    ..ScheduleOptions::default()
                 }),
                 ..DcaOptions::default()
             };

@@ -152,7 +152,7 @@ pub enum Problem {
         /// What is wrong with the model.
         error: ModelError,
         /// The element, whose name is nearly spelt like one that is read.
-        slip: Ignored,
+        slip: Box<Ignored>,
     },
 }
 

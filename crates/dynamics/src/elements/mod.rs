@@ -53,7 +53,8 @@ use vertebra_spatial::vec3;
 /// about, so a few do; what has not settled is taken as it is.
 pub(crate) const PASSES: usize = 12;
 
-/// Work done since the start \[J\]. Of implicit steps by the forces at the end of each over the way that the
+/// Work done since the start \[J\], of all that neither masses nor gravity do: kinetic energy, that of rotors included,
+/// and potential energy change by its sum. Of implicit steps by the forces at the end of each over the way that the
 /// mean rate makes: exact for the kinetic energy of joints whose inertia is constant, and to first order in
 /// the step for others. Of other integrators' by the mean of the forces before and after: to second order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -68,13 +69,16 @@ pub struct Work {
     pub friction: f64,
     /// Of stops.
     pub stops: f64,
+    /// Of closed loops and couplings: what putting rates and positions back has changed of the energy, and of
+    /// semi-implicit Euler the work of the loops' forces, which those of other integrators do not do, to their order.
+    pub loops: f64,
 }
 
 impl Work {
     /// All of it \[J\].
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.motors + self.springs + self.dampers + self.friction + self.stops
+        self.motors + self.springs + self.dampers + self.friction + self.stops + self.loops
     }
 }
 
@@ -284,7 +288,7 @@ impl Elements {
         Ok(&self.loaded)
     }
 
-    /// Work done by the elements in the steps taken so far.
+    /// Work done by the elements in the steps taken so far; of loops [`Simulation`](crate::Simulation::work) knows.
     #[must_use]
     pub const fn work(&self) -> &Work {
         &self.work
@@ -296,6 +300,11 @@ impl Elements {
     /// [`Error`] if the state does not fit the model.
     pub fn stored(&self, state: &State) -> Result<Stored, Error> {
         state.check(&self.model)?;
+        Ok(self.held(state))
+    }
+
+    /// The same of a state that fits.
+    pub(crate) fn held(&self, state: &State) -> Stored {
         let mut sum = Stored::default();
         let mut add = |[spring, rotor]: [f64; 2]| {
             sum.springs += spring;
@@ -307,7 +316,7 @@ impl Elements {
         for ball in self.busy_balls() {
             add(ball.stored(&ball.turned(state, 0.0, 0.0)));
         }
-        Ok(sum)
+        sum
     }
 
     /// Solutions that the last step took \[count\].

@@ -210,8 +210,7 @@ impl SphericalMotor {
             }
         }
         let length = self.orientation.length();
-        // Written so that NaN fails.
-        if !((length - 1.0).abs() <= UNIT) {
+        if length.is_nan() || (length - 1.0).abs() > UNIT {
             return Err(Error::BadMotor {
                 body: body.to_owned(),
                 quantity: "length of the quaternion that the motor strives for",

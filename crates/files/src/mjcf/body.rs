@@ -434,7 +434,10 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
                     is_named && !ignored.is_attribute && ignored.why.is_some()
                 };
                 let problem = match ignored.find(is_slip) {
-                    Some(slip) => Problem::ModelAfterSlip { error, slip },
+                    Some(slip) => Problem::ModelAfterSlip {
+                        error,
+                        slip: Box::new(slip),
+                    },
                     None => Problem::Model(error),
                 };
                 return Err(FileError::new(place, problem));
