@@ -124,7 +124,8 @@ pub const MOST_ATTEMPTS: u32 = 12;
 /// its force at position and rate zero, the position it strives for, its gains, and its limit.
 pub const DRIVEN_NUMBERS: usize = 7;
 
-/// Sums of work that are kept of each freedom: of motors, springs, dampers, friction and stops.
+/// Sums of work that are kept of each freedom: of motors, springs, dampers, friction and stops. One of loops follows where
+/// there are any.
 pub const WORKS: usize = 5;
 
 /// Words of a join in a table of rounds.
@@ -214,6 +215,8 @@ pub struct Dca {
     pub elements: bool,
     /// Whether joints are screws.
     pub screws: bool,
+    /// Whether loops are closed.
+    pub loops: bool,
     /// Whether solutions are corrected.
     pub refined: bool,
 }
@@ -234,6 +237,7 @@ impl Dca {
             several: true,
             elements: true,
             screws: true,
+            loops: true,
             refined: false,
         }
     }
@@ -335,6 +339,7 @@ impl Dca {
             let least = Self {
                 leaves: false,
                 several: false,
+                loops: false,
                 ..bare
             };
             [dca, bare, least]
@@ -367,7 +372,9 @@ impl Dca {
             ]);
         } else {
             kernels.extend([self.turn_parts(), self.place_chunks()]);
-            kernels.extend(self.loop_kernels());
+            if self.loops {
+                kernels.extend(self.loop_kernels());
+            }
             let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
             kernels.extend(advances.map(|advance| self.work_parts(advance)));
         }
@@ -406,13 +413,14 @@ impl Dca {
     fn motion(self, name: &'static str, lanes: u32) -> Kernel {
         let kernel = Kernel::new(name, MOTION_PARTS, MOTION, [lanes, 1, 1]);
         let kernel = self.precise(kernel, self.chunks);
-        let works = if self.elements {
+        let works = if self.elements || self.loops {
             part!("works")
         } else {
             part!("works_none")
         };
         let parts = [works, self.pitch(), part!("attempts_none")];
         let kernel = parts.into_iter().fold(kernel, Kernel::with);
+        let kernel = kernel.with_text(self.works());
         kernel.stride("poses", 4 * self.chunks.bytes())
     }
 
@@ -471,6 +479,21 @@ impl Dca {
             .constant("SOLVED_TO", self.tree.epsilon())
             .constant("FIRMNESS", 0.1 / self.tree.epsilon().sqrt())
             .constant("MOST_ATTEMPTS", MOST_ATTEMPTS)
+            .with_text(self.works())
+    }
+
+    /// How many sums of work are kept of a freedom.
+    fn works(self) -> String {
+        format!("const WORKS = {}u;\n", WORKS + usize::from(self.loops))
+    }
+
+    /// Whether a dispatch is one of several that a step may need.
+    const fn attempts(self) -> &'static str {
+        if self.elements {
+            part!("attempts")
+        } else {
+            part!("attempts_none")
+        }
     }
 
     /// Adds what chunks are corrected with, of what the model has.
@@ -488,15 +511,6 @@ impl Dca {
         [part!("reassemble"), leaf, several]
             .into_iter()
             .fold(kernel, Kernel::with)
-    }
-
-    /// Whether a dispatch is one of several that a step may need.
-    const fn attempts(self) -> &'static str {
-        if self.elements {
-            part!("attempts")
-        } else {
-            part!("attempts_none")
-        }
     }
 
     /// What pitches screws have.

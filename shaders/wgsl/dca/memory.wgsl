@@ -189,7 +189,7 @@ fn kept_at() -> u32 { return rakes_at() + 8u * sizes.rakes; }
 // Starts of the arrays in `state`.
 fn work_q() -> u32 { return sizes.positions + sizes.dofs; }
 fn work_qd() -> u32 { return 2u * sizes.positions + sizes.dofs; }
-// Five sums a freedom of the work that elements have done, at the start of the step and after it.
+// WORKS sums a freedom of the work that elements and loops have done, at the start of the step and after it.
 fn works_at() -> u32 { return 2u * sizes.positions + 6u * sizes.dofs; }
 
 struct Four {

@@ -133,6 +133,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
                 several: tables.several,
                 elements: tables.elements,
                 screws: tables.screws,
+                loops: tables.loops.is_some(),
                 refined: tables.sweeps > 0,
             },
             sizes: device.buffer_from("sizes", &[tables.sizes])?,

@@ -65,9 +65,11 @@ pub struct Simulation {
     elements: Option<Box<Elements>>,
     /// Whether the device's motors are older.
     motors_changed: bool,
-    /// Whether steps were taken since the work of elements was collected, and the device's sums of it then.
+    /// Whether steps were taken since the work of elements and loops was collected, the device's sums of it then, and
+    /// the loops' so far \[J\].
     has_worked: bool,
     works: Vec<f64>,
+    loop_work: f64,
     control: Vec<u32>,
     time: f64,
     step: f64,
@@ -132,6 +134,7 @@ impl Simulation {
             motors_changed: false,
             has_worked: false,
             works: Vec::new(),
+            loop_work: 0.0,
             control: vec![0; PUSHED_SLOTS + bodies],
             time: 0.0,
             step: 0.0,

@@ -375,13 +375,13 @@ impl Tables {
         self.accelerations_at() + 4 * self.dofs.len()
     }
 
-    /// How many they are.
+    /// How many they are: those of elements, then of loops.
     pub(super) fn works_len(&self) -> usize {
-        if self.elements {
-            WORKS * self.dofs.len()
-        } else {
-            0
-        }
+        let kinds = match (self.elements, self.loops.is_some()) {
+            (false, false) => 0,
+            (_, looped) => WORKS + usize::from(looped),
+        };
+        kinds * self.dofs.len()
     }
 
     /// Numbers of the state and all that integrators keep.
