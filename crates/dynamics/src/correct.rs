@@ -241,7 +241,8 @@ impl<T: Real> Sweeps<T> {
             }
             let rest = f - balanced;
             // Of four terms that cancel the largest is at most three times as large as that of the others.
-            let size = (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
+            let size =
+                (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
             worst = worst.max(size.left(Size::of_force(rest)));
             let load = if ROUNDING {
                 self.rounding(i, size.or(arriving.size))
