@@ -8,12 +8,14 @@
 pub mod case;
 pub mod entry;
 mod hard;
+mod mixed;
 mod output;
 mod pictures;
 mod solvers;
 
 pub use hard::Hard;
 pub(crate) use hard::Lost;
+pub use mixed::Mixed;
 pub use solvers::Solvers;
 
 use crate::cli::{AccuracyArgs, Backend};
@@ -27,7 +29,7 @@ use entry::Entry;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Runs `accuracy`: measures, prints and writes the entries.
+/// Runs `accuracy`: measures, prints and writes the entries, beside those of other cases and sizes in the folder.
 ///
 /// # Errors
 /// If no case is meant, there is no GPU to measure, a problem has no reference, or the files cannot be written.
@@ -44,18 +46,19 @@ pub fn run(arguments: &AccuracyArgs) -> anyhow::Result<Outcome> {
     let mut entries = Vec::new();
     'all: for case in &cases {
         for &bodies in &sizes {
-            if interrupt.requested() {
-                break 'all;
-            }
             let label = format!("{} of {bodies}", case.name());
             progress.begin(&label);
-            entries.extend(entry::measure(&solvers, case, bodies, arguments.seeds())?);
+            match entry::measure(&solvers, case, bodies, arguments.seeds(), &interrupt)? {
+                Some(measured) => entries.extend(measured),
+                None => break 'all,
+            }
             progress.done(&label);
         }
     }
     progress.finish();
     if !entries.is_empty() {
         output::print(&entries);
+        let entries = joined(before(&arguments.out)?, entries);
         for path in output::write(&arguments.out, &entries)? {
             println!("wrote {}", path.display());
         }
@@ -70,14 +73,49 @@ pub fn run(arguments: &AccuracyArgs) -> anyhow::Result<Outcome> {
 /// The cases whose names contain one of these.
 fn chosen(parts: &[String]) -> anyhow::Result<Vec<Case>> {
     let mut cases = Case::all();
-    if !parts.is_empty() {
-        cases.retain(|case| parts.iter().any(|part| case.name().contains(part.as_str())));
+    let has = |case: &Case, part: &String| case.name().contains(part.as_str());
+    if let Some(part) = (parts.iter()).find(|part| !cases.iter().any(|case| has(case, part))) {
+        let names: Vec<String> = cases.iter().map(Case::name).collect();
+        anyhow::bail!(
+            "no case has `{part}` in its name; the cases are: {}",
+            names.join("; ")
+        );
     }
-    if cases.is_empty() {
-        let names: Vec<String> = Case::all().iter().map(Case::name).collect();
-        anyhow::bail!("no case is named so; there are {}", names.join("; "));
+    if !parts.is_empty() {
+        cases.retain(|case| parts.iter().any(|part| has(case, part)));
     }
     Ok(cases)
+}
+
+/// The entries that a folder holds; none if it has no file of them.
+///
+/// # Errors
+/// If the file cannot be read, or holds something else.
+fn before(folder: &Path) -> anyhow::Result<Vec<Entry>> {
+    let path = folder.join(output::JSON);
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
+    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    parse(&text).with_context(|| path.display().to_string())
+}
+
+/// Earlier entries with new ones in their places and after them. Those of another device, or of cases that are no more, do
+/// not stay.
+fn joined(before: Vec<Entry>, mut new: Vec<Entry>) -> Vec<Entry> {
+    let names: Vec<String> = Case::all().iter().map(Case::name).collect();
+    let stays = |entry: &Entry| {
+        let name = format!("{}, {}", entry.shape, entry.pattern);
+        names.contains(&name) && new.iter().all(|other| other.device == entry.device)
+    };
+    let mut all: Vec<Entry> = before.into_iter().filter(stays).collect();
+    for entry in &mut all {
+        if let Some(at) = new.iter().position(|other| other.key() == entry.key()) {
+            *entry = new.remove(at);
+        }
+    }
+    all.extend(new);
+    all
 }
 
 /// Writes tables and pictures again from the entries in a folder; gives the paths of the files, none if
@@ -86,12 +124,10 @@ fn chosen(parts: &[String]) -> anyhow::Result<Vec<Case>> {
 /// # Errors
 /// If the entries cannot be read, or the files not written.
 pub fn write_again(folder: &Path, out: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let path = folder.join(output::JSON);
-    if !path.exists() {
+    let entries = before(folder)?;
+    if entries.is_empty() {
         return Ok(Vec::new());
     }
-    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let entries = parse(&text).with_context(|| path.display().to_string())?;
     Ok(output::write(out, &entries)?)
 }
 
@@ -112,6 +148,34 @@ mod tests {
         let chosen = |part: &str| chosen(&[part.to_owned()]).map(|cases| cases.len());
         assert_eq!(chosen("chain, equal").unwrap(), 1);
         assert_eq!(chosen("decades").unwrap(), 4);
-        assert!(chosen("a name that no case has").is_err());
+        let error = chosen("chian").unwrap_err().to_string();
+        assert!(
+            error.contains("`chian`") && error.contains("chain, equal"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn new_entries_take_the_places_of_old_ones() {
+        let entries = |names: [&str; 2], seeds| {
+            let entry = |name: &str| {
+                let cases = chosen(&[name.to_owned()]).unwrap();
+                let solvers = Solvers::on_cpu();
+                let go_on = Interrupt::default();
+                let measured = entry::measure(&solvers, &cases[0], 2, seeds, &go_on).unwrap();
+                measured.unwrap().swap_remove(0)
+            };
+            names.map(entry).to_vec()
+        };
+        let mut old = entries(["chain, equal", "chain, tiny"], 1);
+        old[0].pattern = "no more".to_owned();
+        let new = entries(["tree, equal", "chain, tiny"], 2);
+        let all = joined(old.clone(), new.clone());
+        assert_eq!(all, [new[1].clone(), new[0].clone()]);
+        let elsewhere = Entry {
+            device: "a GPU".to_owned(),
+            ..old.swap_remove(1)
+        };
+        assert_eq!(joined(vec![elsewhere], new.clone()), new);
     }
 }

@@ -92,7 +92,7 @@ pub struct BenchArgs {
     /// Take fewer samples and leave out what is slow: done within a minute.
     #[arg(long)]
     pub quick: bool,
-    /// Methods: aba, crba, dca, rnea, step, step-bare, step-elements, cut; exact, moller, moller0, separating-axes, build, self, inside,
+    /// Methods: aba, crba, dca, rnea, tolerance, step, step-bare, step-elements, cut; exact, moller, moller0, separating-axes, build, self, inside,
     /// poses, links, refit, rebuild, or one question such as exact-any; copy, reduce, scan, compact, histogram, sort, dispatch on a GPU,
     /// shapes of the sort, and collision or one of its rows.
     #[arg(long, value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(choices::METHODS))]
@@ -162,16 +162,16 @@ pub struct AccuracyArgs {
     /// there is.
     #[arg(long, value_enum, default_value = "cpu")]
     pub backend: Backend,
-    /// Leave out the sizes that take long.
+    /// Leave out the sizes that take long, and most seeds.
     #[arg(long)]
     pub quick: bool,
     /// Numbers of bodies; 32, 128, 512, 2048 and 4096 by default, on a GPU the first three.
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=4_000_000))]
     pub sizes: Vec<u32>,
-    /// Seeds of each case and size; 200 by default, on a GPU 64.
+    /// Seeds of each case and size; 200 by default, on a GPU 64, 16 with --quick.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub seeds: Option<u32>,
-    /// Folder for accuracy.json, accuracy.csv and accuracy.md.
+    /// Folder for accuracy.json, accuracy.csv and accuracy.md; what it holds of other cases and sizes stays.
     #[arg(long, default_value = "target/accuracy", value_name = "DIR")]
     pub out: PathBuf,
 }
@@ -196,9 +196,13 @@ pub struct MotionArgs {
 /// Options of `fuzz`.
 #[derive(Args, Debug)]
 pub struct FuzzArgs {
-    /// Models to try; some of them are too unreasonable to be built.
-    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
-    pub models: u64,
+    /// Who is asked. A GPU is the one that the environment variable VERTEBRA_ADAPTER names, or the best there
+    /// is.
+    #[arg(long, value_enum, default_value = "cpu")]
+    pub backend: Backend,
+    /// Models to try, 100000 by default, on a GPU 256; some of them are too unreasonable to be built.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    pub models: Option<u64>,
     /// Stop after so many seconds, at the end of a block of some thousand models.
     #[arg(long, value_parser = positive_seconds)]
     pub seconds: Option<f64>,
@@ -222,9 +226,11 @@ pub struct CompareArgs {
 /// Options of `report`.
 #[derive(Args, Debug)]
 pub struct ReportArgs {
-    /// A results.json, or a folder with results.json, accuracy.json or motion.json.
-    pub results: PathBuf,
-    /// Folder to write to; beside the data by default.
+    /// A results.json, or a folder with results.json, accuracy.json or motion.json. Of several, what they have in common: the
+    /// scenarios measured on more than one device, CPUs and GPUs on one picture.
+    #[arg(required = true)]
+    pub results: Vec<PathBuf>,
+    /// Folder to write to; beside the data by default, if that is one folder.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }
@@ -366,9 +372,10 @@ impl AccuracyArgs {
     /// The number of seeds asked for.
     #[must_use]
     pub fn seeds(&self) -> u32 {
-        self.seeds.unwrap_or(match self.backend {
-            Backend::Cpu => 200,
-            Backend::Gpu => 64,
+        self.seeds.unwrap_or(match (self.quick, self.backend) {
+            (true, _) => 16,
+            (false, Backend::Cpu) => 200,
+            (false, Backend::Gpu) => 64,
         })
     }
 }

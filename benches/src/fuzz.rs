@@ -1,10 +1,12 @@
 //! `fuzz`: whatever a model is, what comes back is a number or an error that says why.
 //!
-//! Models are made as unreasonable as the builder lets through (`wild.rs`), and everything that can be
-//! asked of one is asked of each (`ask.rs`). What is looked for are numbers that are none, and panics;
+//! Models are made as unreasonable as the builder lets through (`wild.rs`), one in three becomes a machine with elements in
+//! its joints, motors, closed loops and couplings (`machine.rs`), and everything that can be asked of one is asked of each
+//! (`ask.rs`). What is looked for are numbers that are none, and panics;
 //! whether the numbers are right is what the suite and `accuracy` are for.
 
 mod ask;
+mod machine;
 mod wild;
 
 use std::collections::BTreeMap;
@@ -13,15 +15,21 @@ use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
-use crate::cli::FuzzArgs;
+use crate::cli::{Backend, FuzzArgs};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::run::Outcome;
 use crate::suite::{self, Figure};
 use ask::Answer;
+use vertebra_gpu::Device;
 
-/// Models between two looks at the clock.
-const BLOCK: u64 = 4096;
+/// Models between two looks at the clock, and where a GPU answers, one at a time and slowly.
+const BLOCK: u64 = 512;
+const GPU_BLOCK: u64 = 8;
+
+/// Models that are tried unless another number is asked for.
+const MODELS: u64 = 100_000;
+const GPU_MODELS: u64 = 256;
 
 /// Failures that are printed, of as many as there are.
 const SHOWN: usize = 20;
@@ -63,22 +71,30 @@ const ANSWER: &str = "answer";
 /// Runs `fuzz`.
 ///
 /// # Errors
-/// If Ctrl-C cannot be heard, or the seconds are too many to count.
+/// If Ctrl-C cannot be heard, the seconds are too many to count, or there is no GPU to ask.
 pub fn run(arguments: &FuzzArgs) -> anyhow::Result<Outcome> {
     let interrupt = Interrupt::on_ctrl_c()?;
     let limit = arguments
         .seconds
         .map(Duration::try_from_secs_f64)
         .transpose()?;
-    let blocks = arguments.models.div_ceil(BLOCK);
+    let (asked, block_size, models) = match arguments.backend {
+        Backend::Cpu => (Asked::Cpu, BLOCK, MODELS),
+        Backend::Gpu => (Asked::Gpu(suite::gpu::device()?), GPU_BLOCK, GPU_MODELS),
+    };
+    if let Asked::Gpu(device) = &asked {
+        println!("device: {}", device.description());
+    }
+    let models = arguments.models.unwrap_or(models);
+    let blocks = models.div_ceil(block_size);
     let mut progress = Progress::new(usize::try_from(blocks).unwrap_or(usize::MAX));
     let (start, mut tally) = (Instant::now(), Tally::default());
     for block in 0..blocks {
         if interrupt.requested() || limit.is_some_and(|limit| start.elapsed() > limit) {
             break;
         }
-        let numbers = block * BLOCK..((block + 1) * BLOCK).min(arguments.models);
-        tally = tally.merge(ask_all(arguments.seed, numbers));
+        let numbers = block * block_size..((block + 1) * block_size).min(models);
+        tally = tally.merge(ask_all(&asked, arguments.seed, numbers));
         progress.done(&format!(
             "{} models, {} failures",
             tally.models,
@@ -105,28 +121,59 @@ pub fn run(arguments: &FuzzArgs) -> anyhow::Result<Outcome> {
     })
 }
 
-/// Some thousand models, as a check of the suite.
+/// Who is asked.
+enum Asked {
+    Cpu,
+    Gpu(Device),
+}
+
+/// Least and most models of the check, and the time after which no more are begun.
+const CHECKED: (u64, u64) = (1024, 65_536);
+const CHECKED_FOR: Duration = Duration::from_secs(6);
+
+/// As many models as there is time for, as a check of the suite.
 ///
 /// # Errors
-/// Never.
+/// If no question was answered.
 pub fn no_nan() -> suite::Outcome {
-    let tally = ask_all(1, 0..BLOCK);
+    check(&Asked::Cpu, BLOCK, CHECKED, CHECKED_FOR)
+}
+
+/// The same of a GPU, where few take as long as many there.
+///
+/// # Errors
+/// If no question was answered.
+pub(crate) fn no_nan_on(device: &Device, models: u64) -> suite::Outcome {
+    let asked = Asked::Gpu(device.clone());
+    check(&asked, GPU_BLOCK, (models, models), Duration::ZERO)
+}
+
+fn check(asked: &Asked, block: u64, (least, most): (u64, u64), limit: Duration) -> suite::Outcome {
+    let (start, mut tally, mut tried) = (Instant::now(), Tally::default(), 0);
+    while tried < least || (tried < most && start.elapsed() < limit) {
+        let end = (tried + block).min(most);
+        tally = tally.merge(ask_all(asked, 1, tried..end));
+        tried = end;
+    }
     #[expect(clippy::cast_precision_loss, reason = "a count in a figure")]
     let failures = tally.failures.len() as f64;
+    let of = format!("failures of {tried} models and {} answers", tally.answers());
     let what = match tally.failures.first() {
-        Some((number, failure)) => format!("failures, the first of model {number}: {failure}"),
+        Some((number, failure)) => format!("{of}, the first of model {number}: {failure}"),
         None if tally.answers() == 0 => anyhow::bail!("no question was answered"),
-        None => "failures".to_owned(),
+        None => of,
     };
     Ok(vec![Figure::new(what, failures, 0.0)])
 }
 
 /// Asks everything of the models of these numbers, on the threads of the current rayon pool.
-fn ask_all(seed: u64, numbers: core::ops::Range<u64>) -> Tally {
+fn ask_all(asked: &Asked, seed: u64, numbers: core::ops::Range<u64>) -> Tally {
     let one = |number: u64| {
         let mut tally = Tally::default();
-        let asked = catch_unwind(AssertUnwindSafe(|| ask_one(seed, number, &mut tally)));
-        if asked.is_err() {
+        let answered = catch_unwind(AssertUnwindSafe(|| {
+            ask_one(asked, seed, number, &mut tally);
+        }));
+        if answered.is_err() {
             tally.failures.push((number, "a panic".to_owned()));
         }
         tally
@@ -135,7 +182,7 @@ fn ask_all(seed: u64, numbers: core::ops::Range<u64>) -> Tally {
     tallies.into_iter().fold(Tally::default(), Tally::merge)
 }
 
-fn ask_one(seed: u64, number: u64, tally: &mut Tally) {
+fn ask_one(asked: &Asked, seed: u64, number: u64, tally: &mut Tally) {
     let case = match wild::Case::new(seed, number) {
         Ok(case) => case,
         Err(error) => {
@@ -145,11 +192,15 @@ fn ask_one(seed: u64, number: u64, tally: &mut Tally) {
     };
     tally.models += 1;
     let mut failures = Vec::new();
-    ask::everything(&case, |question, answer| match answer {
+    let heard = |question, answer| match answer {
         Answer::Numbers => tally.count(question, ANSWER),
         Answer::Refused(error) => tally.count(question, kind(&format!("{error:?}"))),
         Answer::Broken(what) => failures.push((number, format!("{question}: {what}"))),
-    });
+    };
+    match asked {
+        Asked::Cpu => ask::everything(&case, heard),
+        Asked::Gpu(device) => ask::of_gpu(&case, device, heard),
+    }
     tally.failures.extend(failures);
 }
 
@@ -167,7 +218,9 @@ mod tests {
     fn the_same_models_give_the_same_counts_on_any_number_of_threads() {
         let with = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            pool.build().unwrap().install(|| ask_all(3, 0..200))
+            pool.build()
+                .unwrap()
+                .install(|| ask_all(&Asked::Cpu, 3, 0..200))
         };
         let one = with(1);
         assert_eq!(one, with(3));
@@ -177,7 +230,7 @@ mod tests {
     /// Wild, but not so wild that all is refused, nor so tame that nothing is.
     #[test]
     fn there_are_answers_and_refusals_of_several_kinds() {
-        let tally = ask_all(7, 0..600);
+        let tally = ask_all(&Asked::Cpu, 7, 0..600);
         let kinds: std::collections::BTreeSet<&str> = tally
             .outcomes
             .keys()
@@ -191,7 +244,14 @@ mod tests {
                 .iter()
                 .find(|((q, what), _)| (*q, what.clone()) == key)
         };
-        assert!(of("aba f64").is_some_and(|(_, &count)| count > 100));
+        for (question, least) in [
+            ("aba f64", 100),
+            ("machine aba f64", 20),
+            ("machine close_loops", 10),
+        ] {
+            let answers = of(question).map_or(0, |(_, &count)| count);
+            assert!(answers > least, "{question}: {answers} answers");
+        }
     }
 
     #[test]

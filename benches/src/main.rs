@@ -5,6 +5,7 @@
     reason = "a command-line program talks on stdout"
 )]
 
+use anyhow::Context;
 use clap::Parser;
 use std::process::ExitCode;
 use vertebra_bench::cli::{Cli, Command, CompareArgs, ReportArgs};
@@ -54,7 +55,9 @@ fn judge(arguments: &CompareArgs) -> anyhow::Result<bool> {
 }
 
 fn report(arguments: &ReportArgs) -> anyhow::Result<()> {
-    let data = &arguments.results;
+    let [data] = &arguments.results[..] else {
+        return together(arguments);
+    };
     let folder = if data.is_dir() {
         data
     } else {
@@ -66,11 +69,33 @@ fn report(arguments: &ReportArgs) -> anyhow::Result<()> {
         written.extend(accuracy::write_again(folder, out)?);
         written.extend(motion::write_again(folder, out)?);
     }
-    if written.is_empty() || folder.join(results::RESULTS_JSON).exists() {
+    let has_rows = data.is_file() || folder.join(results::RESULTS_JSON).exists();
+    anyhow::ensure!(
+        has_rows || !written.is_empty(),
+        "{}: there is no results.json, accuracy.json or motion.json; name a folder that `bench`, `accuracy` or `motion` \
+         has written",
+        data.display()
+    );
+    if has_rows {
         let rows = results::read_results(data)?;
         written.extend(results::write_results(out, &rows)?);
     }
     for path in written {
+        println!("wrote {}", path.display());
+    }
+    Ok(())
+}
+
+/// What several runs have in common.
+fn together(arguments: &ReportArgs) -> anyhow::Result<()> {
+    let runs = arguments
+        .results
+        .iter()
+        .map(|path| results::read_results(path));
+    let runs = runs.collect::<Result<Vec<_>, _>>()?;
+    let out = arguments.out.as_deref();
+    let out = out.context("--out: name a folder for what the runs have in common")?;
+    for path in results::write_together(out, &runs)? {
         println!("wrote {}", path.display());
     }
     Ok(())

@@ -23,8 +23,10 @@ use thiserror::Error;
 
 use crate::row::Row;
 use crate::table::by_scenario as group_by_scenario;
+use crate::table::format::count;
 pub use curves::{Curve, Curves, Unit};
 use figure::Figure;
+use speed_error::{Labels, task};
 
 /// Why a plot could not be drawn.
 #[derive(Debug, Error)]
@@ -137,7 +139,11 @@ pub fn plots(rows: &[Row]) -> Vec<Plot> {
             add(
                 format!("error-{name}"),
                 Some(scenario),
-                speed_error::figure(Some(scenario), &rows),
+                speed_error::figure(
+                    format!("{scenario}: speed against error"),
+                    Labels::Size,
+                    &rows,
+                ),
             );
             if let Some(figure) = against_size::forward_error(scenario, &rows) {
                 add(format!("error-size-{name}"), Some(scenario), figure);
@@ -159,10 +165,122 @@ pub fn plots(rows: &[Row]) -> Vec<Plot> {
         add(
             format!("error-across-{name}"),
             None,
-            speed_error::figure(None, &rows),
+            speed_error::figure("Speed against error".to_owned(), Labels::Scenario, &rows),
         );
     }
     plots
+}
+
+/// Pictures of what was measured on several devices, CPUs and GPUs on one picture: speed against error, for each scenario and
+/// question that several of them answer.
+///
+/// A scenario of several sizes has one picture of all, and one of the methods at each of three sizes that the devices have in
+/// common; those of one size are put together, as by [`plots`].
+#[must_use]
+pub fn plots_together(rows: &[Row]) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    let mut add = |name: String, scenario: Option<&str>, figure: Figure| {
+        plots.push(Plot {
+            name,
+            scenario: scenario.map(str::to_owned),
+            figure,
+        });
+    };
+    let mut single: Vec<(String, Vec<&Row>)> = Vec::new();
+    for (scenario, rows) in group_by_scenario(rows) {
+        let has_sizes = rows.iter().any(|row| row.size != rows[0].size);
+        for (task, rows) in by_task(&rows) {
+            let devices = devices(&rows);
+            if devices.len() < 2 {
+                continue;
+            }
+            if !has_sizes {
+                let title = task.trim_end_matches("-resident");
+                match single.iter_mut().find(|(other, _)| other == title) {
+                    Some((_, pool)) => pool.extend(rows),
+                    None => single.push((title.to_owned(), rows)),
+                }
+                continue;
+            }
+            let name = slug(&format!("{scenario} {task}"));
+            let title = format!("{scenario}, {task}: speed against error");
+            if rows.iter().any(|row| row.size != rows[0].size) {
+                add(
+                    format!("error-{name}"),
+                    Some(scenario),
+                    speed_error::figure(title, Labels::Size, &rows),
+                );
+            }
+            for size in few(&common_sizes(&rows, &devices)) {
+                let rows: Vec<&Row> = rows
+                    .iter()
+                    .copied()
+                    .filter(|row| row.size == size)
+                    .collect();
+                let title = format!(
+                    "{scenario} of {} {}, {task}: speed against error",
+                    count(size),
+                    rows[0].size_unit
+                );
+                add(
+                    format!("error-{name}-{size}"),
+                    Some(scenario),
+                    speed_error::figure(title, Labels::Method, &rows),
+                );
+            }
+        }
+    }
+    for (task, rows) in single {
+        let name = slug(&task);
+        add(format!("time-{name}"), None, by_scenario::figure(&rows));
+        let is_exact = |row: &&Row| row.wrong_pairs() == Some(0);
+        if !rows.iter().all(is_exact) {
+            let title = format!("{task}: speed against error");
+            let figure = speed_error::figure(title, Labels::Scenario, &rows);
+            add(format!("error-{name}"), None, figure);
+        }
+    }
+    plots
+}
+
+/// The rows of each question, in order of first appearance.
+fn by_task<'a>(rows: &[&'a Row]) -> Vec<(&'a str, Vec<&'a Row>)> {
+    let mut tasks: Vec<(&str, Vec<&Row>)> = Vec::new();
+    for row in rows {
+        match tasks.iter_mut().find(|(other, _)| *other == task(row)) {
+            Some((_, rows)) => rows.push(row),
+            None => tasks.push((task(row), vec![row])),
+        }
+    }
+    tasks
+}
+
+fn devices<'a>(rows: &[&'a Row]) -> BTreeSet<&'a str> {
+    rows.iter().map(|row| row.device.as_str()).collect()
+}
+
+/// The sizes that were measured on every device.
+fn common_sizes(rows: &[&Row], all: &BTreeSet<&str>) -> Vec<u64> {
+    let sizes: BTreeSet<u64> = rows.iter().map(|row| row.size).collect();
+    let is_common = |size: &u64| {
+        let rows: Vec<&Row> = rows
+            .iter()
+            .copied()
+            .filter(|row| row.size == *size)
+            .collect();
+        devices(&rows) == *all
+    };
+    sizes.into_iter().filter(is_common).collect()
+}
+
+/// The first, the one in the middle and the last.
+fn few(sizes: &[u64]) -> BTreeSet<u64> {
+    let middle = sizes.get(sizes.len() / 2);
+    [sizes.first(), middle, sizes.last()]
+        .into_iter()
+        .flatten()
+        .copied()
+        .collect()
 }
 
 /// A name as part of a file name: lower-case letters and digits, and single hyphens for everything

@@ -21,7 +21,8 @@ slowest sample where a run recorded no quartiles.
 - **pairs/s**: pairs of triangles answered for in a second, tested or culled.
 - **forward**: largest difference from the reference result over the largest reference value.
 - **residual**: largest amount by which the result fails an equation it should satisfy, over the terms of that equation; \
-the equations of one body share the largest of their sums.
+the equations of one body share the largest of their sums. Of scenarios *loops ..*: what the worst loop is open by after 2000 \
+steps, over its size.
 - **false/missed**: pairs reported that do not intersect in exact arithmetic, and pairs that do and were not \
 reported. Of candidate pairs (scenarios *error: ..*) integer arithmetic tells, by separating axes. Else the reference is a list made apart from the queries measured: both meshes' triangles, posed in f64, are swept \
 along one axis, and those whose f64 extents overlap go through the exact test of two triangles. So it shares that test \

@@ -1,12 +1,14 @@
 //! The files of a run: `results.json`, `results.csv`, `report.md` and `plots/`, each written whole
 //! or not at all.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::compare::Key;
 use crate::plot::{self, Plot, PlotError};
 use crate::row::{Row, RowError};
 use crate::{csv, report};
@@ -23,6 +25,11 @@ pub enum ResultsError {
         "nothing was measured, so there is nothing to write; name a scenario, or let one measurement finish"
     )]
     NoRows,
+    /// Several runs have nothing in common.
+    #[error(
+        "no scenario was measured on several devices, so that there is nothing to put together; name the runs of a CPU and of a GPU"
+    )]
+    NothingShared,
     /// A row would mislead.
     #[error(transparent)]
     Row(#[from] RowError),
@@ -101,6 +108,36 @@ pub fn write_results(dir: &Path, rows: &[Row]) -> Result<Vec<PathBuf>, ResultsEr
     )?;
     let plots = plot::plots(rows);
     write("report.md", report::to_markdown(rows, &plots).as_bytes())?;
+    written.extend(write_plots(dir, &plots)?);
+    Ok(written)
+}
+
+/// Writes what several runs say together: tables and pictures of the scenarios that more than one device has rows of, and
+/// no data, which the runs' own files have. A row measured again counts instead of the earlier one.
+///
+/// # Errors
+/// When no scenario has rows of several devices, or a file cannot be made.
+pub fn write_together(dir: &Path, runs: &[Vec<Row>]) -> Result<Vec<PathBuf>, ResultsError> {
+    let mut rows: Vec<Row> = Vec::new();
+    for row in runs.iter().flatten() {
+        match rows.iter_mut().find(|other| Key::of(other) == Key::of(row)) {
+            Some(other) => other.clone_from(row),
+            None => rows.push(row.clone()),
+        }
+    }
+    let devices = |scenario: &str| -> BTreeSet<&str> {
+        let rows = rows.iter().filter(|row| row.scenario == scenario);
+        rows.map(|row| row.device.as_str()).collect()
+    };
+    let is_shared = |row: &&Row| devices(&row.scenario).len() > 1;
+    let shared: Vec<Row> = rows.iter().filter(is_shared).cloned().collect();
+    if shared.is_empty() {
+        return Err(ResultsError::NothingShared);
+    }
+    let plots = plot::plots_together(&shared);
+    let path = dir.join("report.md");
+    write_atomically(&path, report::to_markdown(&shared, &plots).as_bytes())?;
+    let mut written = vec![path];
     written.extend(write_plots(dir, &plots)?);
     Ok(written)
 }
@@ -258,6 +295,33 @@ mod tests {
             let linked = format!("](plots/{})", path.file_name().unwrap().to_str().unwrap());
             assert!(report.contains(&linked), "{linked} is not in the report");
         }
+    }
+
+    #[test]
+    fn runs_of_several_devices_come_together_in_one_picture() {
+        let dir = tempfile::tempdir().unwrap();
+        let on_gpu = |row: &Row| Row {
+            backend: "gpu".to_owned(),
+            device: "a GPU".to_owned(),
+            method: "dca".to_owned(),
+            ..row.clone()
+        };
+        let again = Row {
+            time_median_s: 2.5e-5,
+            ..rows()[0].clone()
+        };
+        let runs = [rows(), rows().iter().map(on_gpu).collect(), vec![again]];
+        let written = write_together(dir.path(), &runs).unwrap();
+        let report = fs::read_to_string(&written[0]).unwrap();
+        assert!(
+            report.contains("a GPU") && report.contains("25.0 µs"),
+            "{report}"
+        );
+        let svg = fs::read_to_string(&written[1]).unwrap();
+        assert!(svg.contains("dca f64, GPU") && svg.contains("aba f64, 1 thread"));
+        assert!(!dir.path().join(RESULTS_JSON).exists());
+        let alone = write_together(dir.path(), &[rows()]);
+        assert!(matches!(alone, Err(ResultsError::NothingShared)));
     }
 
     #[test]

@@ -26,6 +26,7 @@ mod refined;
 pub mod scaling;
 pub mod separating_axes;
 pub mod tableware;
+mod tolerance;
 
 use crate::interrupt::Interrupt;
 use crate::measure::{Budget, Timing, try_sample};

@@ -15,6 +15,7 @@ pub fn selftest(backend: Backend, all_figures: bool, only: &[String]) -> anyhow:
         if !only.is_empty() && !only.iter().any(|part| label.contains(part.as_str())) {
             return;
         }
+        eprintln!("      {label} ...");
         let start = Instant::now();
         let outcome = check();
         let time = start.elapsed().as_secs_f64();

@@ -198,6 +198,7 @@ const DYNAMICS_PARTS: &[&str] = &[
     part!("poses_none"),
     part!("matrix6"),
     part!("join"),
+    part!("forces"),
     part!("nodes"),
     part!("rake"),
 ];
@@ -246,7 +247,10 @@ impl Dca {
     pub fn turn_parts(self) -> Kernel {
         let kernel = self.motion("turn_parts", TURN_LANES);
         let kernel = kernel.with(part!("turn")).with(part!("turn_parts"));
-        kernel.with(part!("rounds")).with(part!("lanes"))
+        kernel
+            .with(part!("copy"))
+            .with(part!("rounds"))
+            .with(part!("lanes"))
     }
 
     /// Places the bodies of the first round's chunks, a lane each.
@@ -419,14 +423,9 @@ impl Dca {
         } else {
             part!("keep_none")
         };
-        let attempts = if self.elements {
-            part!("attempts")
-        } else {
-            part!("attempts_none")
-        };
         self.sharing(kernel, 0)
             .with(keep)
-            .with(attempts)
+            .with(self.attempts())
             .with(self.pitch())
             .stride("forces", self.chunks.bytes())
             .stride("nodes", 4 * self.tree.bytes())
@@ -456,9 +455,14 @@ impl Dca {
         let parts = [part!("chunk"), part!("respond"), part!("advance")];
         let parts = parts.into_iter().chain([epsilon, leaf, several, screws]);
         let kernel = parts.fold(kernel, Kernel::with);
-        if !self.elements {
-            return kernel.with(part!("loads_none")).with(part!("settle_none"));
+        if self.elements {
+            return self.with_elements(kernel);
         }
+        kernel.with(part!("loads_none")).with(part!("settle_none"))
+    }
+
+    /// Adds what acts in joints.
+    fn with_elements(self, kernel: Kernel) -> Kernel {
         let parts = [ROTATION_LOG, ELEMENTS, part!("loads"), part!("settle")];
         parts
             .into_iter()
@@ -466,6 +470,15 @@ impl Dca {
             .constant("SOLVED_TO", self.tree.epsilon())
             .constant("FIRMNESS", 0.1 / self.tree.epsilon().sqrt())
             .constant("MOST_ATTEMPTS", MOST_ATTEMPTS)
+    }
+
+    /// Whether a dispatch is one of several that a step may need.
+    const fn attempts(self) -> &'static str {
+        if self.elements {
+            part!("attempts")
+        } else {
+            part!("attempts_none")
+        }
     }
 
     /// What pitches screws have.

@@ -1,5 +1,5 @@
-//! The benchmark program `vertebra-bench`: built in release mode, then run in place of this
-//! process.
+//! The benchmark program `vertebra-bench`: built in release mode and run in place of this process,
+//! or built as the tests are.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
 /// Builds the program and runs one of its commands in the caller's working directory, with its exit
 /// status.
 pub(crate) fn run(command: &str, arguments: &Arguments) -> Result<ExitCode> {
-    let program = build(&workspace::shell()?)?;
+    let program = build(&workspace::shell()?, Build::Release)?;
     replace(
         Command::new(program)
             .arg(command)
@@ -29,26 +29,41 @@ pub(crate) fn run(command: &str, arguments: &Arguments) -> Result<ExitCode> {
     )
 }
 
+/// How the program is built.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Build {
+    /// To measure with.
+    Release,
+    /// With the tests' profile and features: after them there is nothing left to compile.
+    Tested,
+}
+
 /// Builds the program and returns its path.
-pub(crate) fn build(sh: &Shell) -> Result<PathBuf> {
+pub(crate) fn build(sh: &Shell, how: Build) -> Result<PathBuf> {
+    let options: &[&str] = match how {
+        Build::Release => &["--release", "--package", "vertebra-bench"],
+        Build::Tested => &["--workspace", "--all-features"],
+    };
     let mut build = cmd!(
         sh,
-        "cargo build --release --package vertebra-bench --bin vertebra-bench --message-format json-render-diagnostics"
+        "cargo build {options...} --bin vertebra-bench --message-format json-render-diagnostics"
     );
-    if let Some(commit) = commit(sh) {
+    // It is for the rows of results, and the program would be compiled anew for it.
+    if let (Build::Release, Some(commit)) = (how, commit(sh)) {
         build = build.env("VERTEBRA_COMMIT", commit);
     }
     let messages = build.read()?;
-    executable(&messages).context("cargo built vertebra-bench but did not say where it lies")
+    executable(&messages, "vertebra-bench")
+        .context("cargo built vertebra-bench but did not say where it lies")
 }
 
-/// The path of the program in the messages of `cargo build`.
-fn executable(messages: &str) -> Option<PathBuf> {
+/// The path of a program in the messages of `cargo build`.
+pub(crate) fn executable(messages: &str, name: &str) -> Option<PathBuf> {
     messages
         .lines()
         .filter_map(|line| serde_json::from_str::<Value>(line).ok())
         .find_map(|message| {
-            (message["target"]["name"] == "vertebra-bench").then_some(())?;
+            (message["target"]["name"] == name).then_some(())?;
             message["executable"].as_str().map(PathBuf::from)
         })
 }
@@ -93,11 +108,14 @@ not a message
 {"reason":"compiler-artifact","target":{"name":"vertebra-bench"},"executable":"/target/release/vertebra-bench"}
 {"reason":"build-finished","success":true}"#;
         assert_eq!(
-            executable(messages),
+            executable(messages, "vertebra-bench"),
             Some(PathBuf::from("/target/release/vertebra-bench"))
         );
         assert_eq!(
-            executable(r#"{"reason":"build-finished","success":true}"#),
+            executable(
+                r#"{"reason":"build-finished","success":true}"#,
+                "vertebra-bench"
+            ),
             None
         );
     }

@@ -14,7 +14,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 use xshell::{Shell, cmd};
 
-use crate::binary;
+use crate::binary::{self, Build};
 use crate::workspace::{self, Workspace};
 use install::Workshop;
 
@@ -131,7 +131,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<ExitCode> {
         .with_context(|| format!("cannot write {}", list.display()))?;
 
     println!("=== comparison ===");
-    let program = binary::build(sh)?;
+    let program = binary::build(sh, Build::Release)?;
     let out = arguments.out.as_ref().unwrap_or(&target);
     let (what, seed) = (&arguments.what, arguments.seed.to_string());
     let quick = arguments.quick.then_some("--quick");

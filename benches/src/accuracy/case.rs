@@ -2,6 +2,7 @@
 //! that are hard by themselves.
 
 use super::hard::Hard;
+use super::mixed::Mixed;
 use vertebra::generate::{self, Masses, Rod};
 use vertebra::{Error, Forces, Model, Random, State, Wrench};
 
@@ -87,7 +88,7 @@ const PATTERNS: [Pattern; 18] = [
 ];
 
 /// Models that are hard by themselves.
-const HARD: [(&str, Hard); 19] = [
+const HARD: [(&str, Hard); 21] = [
     ("straight, at rest", Hard::Straight),
     ("coil", Hard::Coil),
     ("ball", Hard::Ball),
@@ -107,6 +108,27 @@ const HARD: [(&str, Hard); 19] = [
     ("lengths 1e-3 to 1e3 m", Hard::Lengths),
     ("10 km from the origin", Hard::Far),
     ("a body more", Hard::OneMore),
+    ("hanging at rest", Hard::Hanging),
+    ("held at rest", Hard::Held),
+];
+
+/// Trees and forests on joints of all kinds.
+const MIXED: [(&str, Mixed, Masses); 7] = [
+    ("on the ground", Mixed::Grounded, Masses::Equal),
+    ("floating", Mixed::Floating, Masses::Equal),
+    ("forest of 8", Mixed::Forest, Masses::Equal),
+    ("all ten joints", Mixed::AllJoints, Masses::Equal),
+    (
+        "floating, alternating 1e4",
+        Mixed::Floating,
+        Masses::Alternating(1e4),
+    ),
+    ("floating, 8 decades", Mixed::Floating, Masses::Decades(8.0)),
+    (
+        "floating, heavy branch tips 1e4",
+        Mixed::Floating,
+        Masses::HeavyTips(1e4),
+    ),
 ];
 
 /// Patterns of trees alone: a chain has one tip.
@@ -124,6 +146,8 @@ pub enum Shape {
     Tree,
     /// As the model wants it.
     Hard(Hard),
+    /// Each by one of the four before, on joints of all kinds.
+    Mixed(Mixed),
 }
 
 impl Shape {
@@ -134,6 +158,7 @@ impl Shape {
             Self::Chain => "chain",
             Self::Tree => "tree",
             Self::Hard(_) => "hard",
+            Self::Mixed(_) => "mixed",
         }
     }
 }
@@ -174,7 +199,15 @@ impl Case {
             shape: Shape::Hard(hard),
             pattern: Pattern { name, ..EQUAL },
         });
-        chains.chain(trees).chain(hard).collect()
+        let mixed = MIXED.iter().map(|&(name, mixed, masses)| Self {
+            shape: Shape::Mixed(mixed),
+            pattern: Pattern {
+                name,
+                masses,
+                ..EQUAL
+            },
+        });
+        chains.chain(trees).chain(hard).chain(mixed).collect()
     }
 
     /// Name: shape and pattern.
@@ -197,18 +230,27 @@ impl Case {
             Shape::Chain => generate::uneven_tree(bodies, 1, rod, masses, seed)?,
             Shape::Tree => generate::uneven_tree(bodies, 4, rod, masses, seed)?,
             Shape::Hard(hard) => hard.model(bodies, seed)?,
+            Shape::Mixed(mixed) => mixed.model(bodies, masses, seed)?,
         };
         let mut state = State::random(&model, seed);
         state.qd.iter_mut().for_each(|qd| *qd *= rate);
         // How far from its joint a body's weight acts.
-        let mut reach = [rod.length].repeat(bodies);
+        let reach = match self.shape {
+            Shape::Chain | Shape::Tree => [rod.length].repeat(bodies),
+            Shape::Hard(_) | Shape::Mixed(_) => {
+                let bodies = model.bodies().iter();
+                bodies.map(|body| body.mass.center.length()).collect()
+            }
+        };
         if let Shape::Hard(hard) = self.shape {
             hard.pose(&mut state);
-            reach = model
-                .bodies()
-                .iter()
-                .map(|body| body.mass.center.length())
-                .collect();
+            if let Some(forces) = hard.holding(&model, &state)? {
+                return Ok(Problem {
+                    model,
+                    state,
+                    forces,
+                });
+            }
         }
         let mut random = Random::new(seed ^ 0x5eed);
         let mut forces = Forces::none(&model);

@@ -2,6 +2,7 @@
 
 use super::case::{Case, Problem};
 use super::solvers::{Measured, Solvers};
+use crate::interrupt::Interrupt;
 use anyhow::Context;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -16,7 +17,7 @@ use vertebra::{Error, Precision, Workspace, aba, forward_error};
 /// would tell anything.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
-    /// How bodies carry each other: `"chain"`, `"tree"`.
+    /// How bodies carry each other: `"chain"`, `"tree"`, `"hard"`, `"mixed"`.
     pub shape: String,
     /// Name of the pattern of masses, rods and rates.
     pub pattern: String,
@@ -79,7 +80,8 @@ pub const TOLERANCE: f64 = 1e-10;
 pub const TOLERANCE_METHOD: &str = "to 1e-10";
 
 /// The entries of every solver on one case and size, over seeds from 0. The first seed is solved alone, so that
-/// kernels of a GPU are compiled once; the others are shared out among the threads of the current rayon pool.
+/// kernels of a GPU are compiled once; the others are shared out among the threads of the current rayon pool. None
+/// if interrupted.
 ///
 /// # Errors
 /// If a problem cannot be made, or has no solution in the reference precision, or a GPU fails.
@@ -88,19 +90,26 @@ pub fn measure(
     case: &Case,
     bodies: usize,
     seeds: u32,
-) -> anyhow::Result<Vec<Entry>> {
-    let errors_of = |seed| errors(case, bodies, seed, &solvers.list);
+    interrupt: &Interrupt,
+) -> anyhow::Result<Option<Vec<Entry>>> {
+    let errors_of = |seed| match interrupt.requested() {
+        false => errors(case, bodies, seed, &solvers.list),
+        true => Ok(Vec::new()),
+    };
     let mut of_seeds: Vec<Vec<Option<f64>>> = (0..seeds.min(1))
         .map(errors_of)
         .collect::<anyhow::Result<_>>()?;
     let others = (1..seeds).into_par_iter().map(errors_of);
     of_seeds.extend(others.collect::<anyhow::Result<Vec<_>>>()?);
+    if interrupt.requested() {
+        return Ok(None);
+    }
     let entry = |(index, (precision, solver)): (usize, &Measured)| {
         let errors = of_seeds.iter().filter_map(|errors| errors[index]).collect();
         let named = (solver.method(), *precision, solvers.device.as_str());
         entry(case, bodies, seeds, named, errors)
     };
-    Ok(solvers.list.iter().enumerate().map(entry).collect())
+    Ok(Some(solvers.list.iter().enumerate().map(entry).collect()))
 }
 
 /// The error of each solver on one problem; none where it refuses.
@@ -194,7 +203,8 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             pool.build()
                 .unwrap()
-                .install(|| measure(&Solvers::on_cpu(), case, 20, 9))
+                .install(|| measure(&Solvers::on_cpu(), case, 20, 9, &Interrupt::default()))
+                .unwrap()
                 .unwrap()
         };
         assert_eq!(with(1), with(3));

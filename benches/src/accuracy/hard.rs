@@ -6,10 +6,11 @@
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 
-use vertebra::generate::Rod;
+use vertebra::generate::{self, Masses, Rod};
 use vertebra::glam::{DMat3, DQuat, DVec3};
 use vertebra::{
-    Error, Joint, MassProperties, Model, ModelDescription, ModelError, Pose, Random, State,
+    Error, Forces, Joint, MassProperties, Model, ModelDescription, ModelError, Pose, Precision,
+    Random, State, Workspace, rnea,
 };
 
 /// What is hard about a model.
@@ -43,6 +44,10 @@ pub enum Hard {
     Far,
     /// A body more, or a thousand: no whole number of chunks nor a power of two.
     OneMore,
+    /// A plumb chain, at rest under its weight alone.
+    Hanging,
+    /// A tree in any position, whose joint forces hold it at rest but for their rounding.
+    Held,
 }
 
 /// Decades of length that a taper spans at most.
@@ -219,7 +224,21 @@ impl Hard {
                     list.push(before(index), joint, mass(&rod));
                 }
             }
-            Self::OneMore => return Ok(vertebra::generate::random_chain(bodies + 1, &rod, seed)?),
+            Self::OneMore => return Ok(generate::random_chain(bodies + 1, &rod, seed)?),
+            Self::Hanging => {
+                let mut description = generate::random_chain(bodies, &rod, seed)?.describe();
+                description.gravity = -description.gravity;
+                return Ok(description.build()?);
+            }
+            Self::Held => {
+                return Ok(generate::uneven_tree(
+                    bodies,
+                    4,
+                    &rod,
+                    &Masses::Equal,
+                    seed,
+                )?);
+            }
         }
         Ok(list.build()?)
     }
@@ -229,7 +248,8 @@ impl Hard {
     /// A coil's condition number grows with the square of its length before that of other chains
     /// does. Where a joint is left with a part of the inertia about it (a rod's moment about itself, a
     /// light body between equal axes, a gimbal near lock), the digits of that part are lost. Corrections
-    /// bring them back, but for moments that turning a body to world axes has rounded off.
+    /// bring them back, but for moments that turning a body to world axes has rounded off. At rest errors are measured by
+    /// gravity, while joints carry the weight of all bodies beyond.
     pub(crate) fn lost(self, bodies: usize) -> Lost {
         let of = |solution, recursion, joins, twice| Lost {
             solution,
@@ -252,6 +272,11 @@ impl Hard {
             Self::Gimbal(_) => of(1e8, 1.0, 1.0, 4.0),
             Self::DuplicateAxes => of(1e6, 4.0, 1.0, 4.0),
             Self::Lengths => of(4e9, 1e7, 200.0, 32.0),
+            Self::Hanging => of(1.0, 1.0, 1.0, real(bodies) / 32.0),
+            Self::Held => {
+                let some = real(bodies) / 16.0;
+                of(real(bodies), some, some, some)
+            }
             _ => Lost::NOTHING,
         }
     }
@@ -269,11 +294,31 @@ impl Hard {
                     _ => real(index / 3) / 3.0 % 1.0,
                 },
                 Self::Gimbal(short) if index % 3 == 1 => short,
+                Self::Hanging => 0.0,
                 _ => continue,
             };
         }
-        if self == Self::Straight {
+        if matches!(self, Self::Straight | Self::Hanging | Self::Held) {
             state.qd.fill(0.0);
+        }
+    }
+
+    /// The joint forces of a model that loads balance on; none of the others.
+    ///
+    /// # Errors
+    /// If numbers overflow.
+    pub(super) fn holding(self, model: &Model, state: &State) -> Result<Option<Forces>, Error> {
+        let mut forces = Forces::none(model);
+        match self {
+            Self::Hanging => Ok(Some(forces)),
+            Self::Held => {
+                let mut workspace = Workspace::new(model, Precision::F64);
+                let still = vec![0.0; model.dof_count()];
+                let held = rnea(model, state, &still, &forces, &mut workspace)?.to_vec();
+                forces.joint = held;
+                Ok(Some(forces))
+            }
+            _ => Ok(None),
         }
     }
 }

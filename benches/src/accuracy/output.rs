@@ -135,10 +135,18 @@ pub(super) fn write(dir: &Path, entries: &[Entry]) -> Result<Vec<PathBuf>, Resul
 mod tests {
     use super::*;
     use crate::accuracy::{Solvers, case::Case, entry, parse};
+    use crate::interrupt::Interrupt;
 
     #[test]
     fn entries_come_back_from_their_file() {
-        let entries = entry::measure(&Solvers::on_cpu(), &Case::all()[0], 5, 3).unwrap();
+        let entries = entry::measure(
+            &Solvers::on_cpu(),
+            &Case::all()[0],
+            5,
+            3,
+            &Interrupt::default(),
+        );
+        let entries = entries.unwrap().unwrap();
         let dir = tempfile::tempdir().unwrap();
         let written = write(dir.path(), &entries).unwrap();
         let read = |index: usize| std::fs::read_to_string(&written[index]).unwrap();

@@ -149,6 +149,7 @@ mod tests {
     use crate::accuracy::Solvers;
     use crate::accuracy::case::Case;
     use crate::accuracy::entry::measure;
+    use crate::interrupt::Interrupt;
 
     #[test]
     fn ratios_are_read_from_names() {
@@ -165,7 +166,8 @@ mod tests {
         for name in ["chain, equal", "chain, alternating 1e2"] {
             for bodies in [3, 6] {
                 let case = named(name).unwrap();
-                entries.extend(measure(&Solvers::on_cpu(), &case, bodies, 3).unwrap());
+                let measured = measure(&Solvers::on_cpu(), &case, bodies, 3, &Interrupt::default());
+                entries.extend(measured.unwrap().unwrap());
             }
         }
         let plots = of(&entries);

@@ -31,8 +31,11 @@ impl Solvers {
                 ("f64/f32", Box::new(Dca::new("dca", F64, F32))),
                 ("f32", Box::new(Dca::new("dca", F32, F32))),
                 ("f64", Box::new(Refined::aba("aba+1", 1))),
+                ("f64", Box::new(Refined::aba("aba+2", 2))),
                 ("f64/f32", Box::new(Refined::dca("dca+1", F64, F32, 1))),
                 ("f64/f32", Box::new(Refined::dca("dca+2", F64, F32, 2))),
+                ("f32", Box::new(Refined::dca("dca+1", F32, F32, 1))),
+                ("f32", Box::new(Refined::dca("dca+2", F32, F32, 2))),
                 ("any", Box::new(ToTolerance(TOLERANCE_METHOD, TOLERANCE))),
             ],
         }

@@ -35,6 +35,8 @@ pub(super) const METHODS: &[&str] = &[
     "step-elements",
     "step-all-poses",
     "step-no-pose",
+    "tolerance",
+    "tolerance-1e-10",
     "exact",
     "exact-any",
     "exact-any-resident",

@@ -1,13 +1,17 @@
 //! Everything that can be asked of a model.
 
 use vertebra::{
-    Algorithm, Batch, BodyId, DcaOptions, DcaWorkspace, Error, Forces, Integrator, Precision,
-    Simulation, Solver, SolverOptions, State, Workspace, aba, aba_batch, body_poses, crba,
-    crba_forward_dynamics, dca, forward_kinematics, joint_wrenches, mechanics, refine, residual,
-    rnea,
+    Algorithm, Batch, BodyId, DcaOptions, DcaWorkspace, Error, Forces, Integrator, Model,
+    Precision, Simulation, Solver, SolverOptions, State, Workspace, aba, aba_batch, body_poses,
+    crba, crba_forward_dynamics, dca, forward_kinematics, joint_wrenches, mechanics, refine,
+    residual, rnea,
 };
 
+use super::machine::Machine;
 use super::wild::Case;
+use vertebra::dynamics::gpu;
+use vertebra_gpu::Device;
+use vertebra_gpu::wgpu::Features;
 
 /// What came of a question.
 pub(super) enum Answer {
@@ -27,18 +31,7 @@ const DENSE_BODIES: usize = 12;
 
 /// Hands every question and its answer on.
 pub(super) fn everything(case: &Case, mut heard: impl FnMut(&'static str, Answer)) {
-    let mut ask = |question, answer: Result<Numbers, Error>| {
-        heard(
-            question,
-            match answer {
-                Ok(numbers) => match numbers.broken {
-                    None => Answer::Numbers,
-                    Some(what) => Answer::Broken(what),
-                },
-                Err(error) => Answer::Refused(error),
-            },
-        );
-    };
+    let mut ask = |question, answer| heard(question, judged(answer));
     ask("aba f32", recursion(case, Precision::F32));
     ask("aba f64", recursion(case, Precision::F64));
     ask("dca f32", tree(case, Precision::F32, Precision::F32));
@@ -52,15 +45,116 @@ pub(super) fn everything(case: &Case, mut heard: impl FnMut(&'static str, Answer
     }
     ask("batch f64", batch(case));
     ask("tolerance 1e-10", to_tolerance(case));
-    ask(
-        "semi-implicit Euler",
-        steps(case, Integrator::SemiImplicitEuler),
-    );
-    ask("Runge-Kutta 4", steps(case, Integrator::RungeKutta4));
-    ask(
-        "implicit midpoint",
-        steps(case, Integrator::ImplicitMidpoint),
-    );
+    for (question, integrator) in [
+        ("semi-implicit Euler", Integrator::SemiImplicitEuler),
+        ("Runge-Kutta 4", Integrator::RungeKutta4),
+        ("implicit midpoint", Integrator::ImplicitMidpoint),
+    ] {
+        let bare = || Ok(Simulation::new(case.model.clone())?.with_integrator(integrator));
+        ask(question, steps(case, bare()));
+    }
+    match &case.machine {
+        None => {}
+        Some(Err(error)) => heard("machine", Answer::Refused(error.clone())),
+        Some(Ok(machine)) => of_machine(case, machine, |question, answer| {
+            heard(question, judged(answer));
+        }),
+    }
+}
+
+/// What elements, motors and loops make of steps, by every algorithm and integrator.
+fn of_machine(
+    case: &Case,
+    machine: &Machine,
+    mut ask: impl FnMut(&'static str, Result<Numbers, Error>),
+) {
+    let with = |options: &SolverOptions, integrator| {
+        let simulation = Simulation::new(machine.model.clone())?.with_solver(options)?;
+        driven(simulation.with_integrator(integrator), machine)
+    };
+    let options = |algorithm, precision, tolerance| SolverOptions {
+        algorithm: Some(algorithm),
+        precision,
+        tolerance,
+        parallel: false,
+        ..SolverOptions::default()
+    };
+    let (f32, f64) = (Precision::F32, Precision::F64);
+    let (euler, midpoint) = (Integrator::SemiImplicitEuler, Integrator::ImplicitMidpoint);
+    for (question, options, integrator) in [
+        ("machine aba f64", options(Algorithm::Aba, f64, None), euler),
+        ("machine aba f32", options(Algorithm::Aba, f32, None), euler),
+        ("machine dca f64", options(Algorithm::Dca, f64, None), euler),
+        ("machine dca f32", options(Algorithm::Dca, f32, None), euler),
+        (
+            "machine tolerance 1e-9",
+            options(Algorithm::Aba, f64, Some(1e-9)),
+            euler,
+        ),
+        (
+            "machine Runge-Kutta 4",
+            options(Algorithm::Aba, f64, None),
+            Integrator::RungeKutta4,
+        ),
+        (
+            "machine midpoint",
+            options(Algorithm::Aba, f64, None),
+            midpoint,
+        ),
+    ] {
+        ask(question, steps(case, with(&options, integrator)));
+    }
+    let closed = with(&options(Algorithm::Aba, f64, None), euler);
+    ask("machine close_loops", close_loops(case, closed));
+}
+
+/// With the machine's motors.
+fn driven(mut simulation: Simulation, machine: &Machine) -> Result<Simulation, Error> {
+    for (body, motor) in &machine.motors {
+        simulation.set_motor(*body, *motor)?;
+    }
+    Ok(simulation)
+}
+
+/// The same of a GPU: accelerations and steps in every precision it has, bare and of the machine.
+pub(super) fn of_gpu(case: &Case, device: &Device, mut heard: impl FnMut(&'static str, Answer)) {
+    let mut ask = |question, answer| heard(question, judged(answer));
+    let has_f64 = device.features().contains(Features::SHADER_F64);
+    let (f32, f64) = (Precision::F32, Precision::F64);
+    for (question, of_machine, chunks, tree, sweeps) in [
+        ("gpu f32", "gpu machine f32", f32, f32, 0),
+        ("gpu f64/f32 + 1", "gpu machine f64/f32 + 1", f64, f32, 1),
+        ("gpu f64", "gpu machine f64", f64, f64, 0),
+    ] {
+        if chunks == f64 && !has_f64 {
+            continue;
+        }
+        let options = gpu::Options {
+            chunks: Some(chunks),
+            tree: Some(tree),
+            sweeps,
+            ..gpu::Options::default()
+        };
+        let on = |model: &Model| Simulation::on_gpu(device, model.clone(), &options);
+        ask(question, steps(case, on(&case.model)));
+        if let Some(Ok(machine)) = &case.machine {
+            let simulation = on(&machine.model);
+            let simulation = simulation.and_then(|simulation| driven(simulation, machine));
+            ask(of_machine, steps(case, simulation));
+        }
+    }
+}
+
+fn judged(answer: Result<Numbers, Error>) -> Answer {
+    match answer {
+        Ok(numbers) => match numbers.broken {
+            None => Answer::Numbers,
+            Some(what) => Answer::Broken(what),
+        },
+        // Whatever a model is, it is no reason to lose a device.
+        Err(Error::Gpu(error)) => Answer::Broken(format!("the GPU: {error}")),
+        Err(error) => Answer::Refused(error),
+    }
 }
 
 /// Numbers that were returned.
@@ -253,12 +347,14 @@ fn to_tolerance(case: &Case) -> Result<Numbers, Error> {
     Ok(numbers)
 }
 
-/// Some steps in time; one that is refused leaves the state as it was.
-fn steps(case: &Case, integrator: Integrator) -> Result<Numbers, Error> {
-    let mut numbers = Numbers::default();
-    let mut simulation = Simulation::new(case.model.clone())?.with_integrator(integrator);
+/// Accelerations and some steps in time, and what can be read afterwards; a step that is refused leaves the state as it was.
+fn steps(case: &Case, simulation: Result<Simulation, Error>) -> Result<Numbers, Error> {
+    let (mut simulation, mut numbers) = (simulation?, Numbers::default());
     simulation.set_state(case.state.clone())?;
     simulation.forces_mut().clone_from(&case.forces);
+    if let Ok(qdd) = simulation.accelerations() {
+        numbers.see("a joint acceleration", qdd);
+    }
     for _ in 0..STEPS {
         let before = simulation.state()?.clone();
         let stepped = simulation.step(case.step);
@@ -273,11 +369,51 @@ fn steps(case: &Case, integrator: Integrator) -> Result<Numbers, Error> {
         numbers.see("a position", after.q.iter().copied());
         numbers.see("a rate", after.qd.iter().copied());
     }
-    for body in case.model.body_ids() {
+    read(&mut simulation, &mut numbers);
+    Ok(numbers)
+}
+
+/// Poses, and what elements and loops have done; what is refused costs the answer no part.
+fn read(simulation: &mut Simulation, numbers: &mut Numbers) {
+    let bodies: Vec<BodyId> = simulation.model().body_ids().collect();
+    for body in bodies {
         if let Ok(pose) = simulation.pose(body) {
             numbers.see("a position after steps", pose.translation.to_array());
             numbers.see("a rotation after steps", pose.rotation.to_array());
         }
     }
+    if let Ok(work) = simulation.work() {
+        numbers.see("work", [work.total()]);
+    }
+    if let Ok(stored) = simulation.stored() {
+        numbers.see("stored energy", [stored.springs, stored.rotors]);
+    }
+    if let Ok(Some(open)) = simulation.loop_violation() {
+        numbers.see("a loop's violation", [open.position, open.rate]);
+    }
+    if let Ok(forces) = simulation.loop_forces() {
+        for force in &forces.loops {
+            numbers.see("a loop's force", force.force.to_array());
+            numbers.see("a loop's moment", force.moment.to_array());
+        }
+        numbers.see("a coupling's force", forces.couplings);
+    }
+}
+
+/// Loops closed from wherever they are.
+fn close_loops(case: &Case, simulation: Result<Simulation, Error>) -> Result<Numbers, Error> {
+    let (mut simulation, mut numbers) = (simulation?, Numbers::default());
+    simulation.set_state(case.state.clone())?;
+    let closed = simulation.close_loops();
+    let after = simulation.state()?;
+    if closed.is_err() && *after != case.state {
+        numbers.broken = Some("a refused closing changed the state".to_owned());
+        return Ok(numbers);
+    }
+    closed?;
+    let after = simulation.state()?;
+    numbers.see("a closed position", after.q.iter().copied());
+    numbers.see("a closed rate", after.qd.iter().copied());
+    read(&mut simulation, &mut numbers);
     Ok(numbers)
 }

@@ -4,9 +4,11 @@ use core::f64::consts::FRAC_PI_2;
 
 use vertebra::glam::{DMat3, DQuat, DVec3};
 use vertebra::{
-    Error, Forces, Joint, JointKind, MassProperties, Model, ModelDescription, Pose, Precision,
-    Random, State, Workspace, Wrench, rnea,
+    Compound, Error, Forces, Joint, JointKind, MassProperties, Model, ModelDescription, Pose,
+    Precision, Random, State, Workspace, Wrench, rnea,
 };
+
+use super::machine::Machine;
 
 /// Bodies at most.
 const BODIES: usize = 40;
@@ -24,6 +26,8 @@ pub(super) struct Case {
     pub(super) qdd: Vec<f64>,
     /// A step in time \[s\].
     pub(super) step: f64,
+    /// One in three has a machine made of it, unless that is too unreasonable.
+    pub(super) machine: Option<Result<Machine, Error>>,
 }
 
 /// Scales of one model.
@@ -56,12 +60,14 @@ impl Case {
             .map(|_| random.symmetric() * scale)
             .collect();
         let step = power(random.unit() * -9.0);
+        let machine = rarely(&mut random, 3).then(|| Machine::new(&model, &state, &mut random));
         Ok(Self {
             model,
             state,
             forces,
             qdd,
             step,
+            machine,
         })
     }
 }
@@ -71,12 +77,12 @@ fn power(exponent: f64) -> f64 {
 }
 
 /// Evenly over so many decades up and down.
-fn wide(random: &mut Random, decades: f64) -> f64 {
+pub(super) fn wide(random: &mut Random, decades: f64) -> f64 {
     power(random.symmetric() * decades)
 }
 
 /// One in so many.
-fn rarely(random: &mut Random, one_in: usize) -> bool {
+pub(super) fn rarely(random: &mut Random, one_in: usize) -> bool {
     random.below(one_in) == 0
 }
 
@@ -126,22 +132,32 @@ fn model(random: &mut Random) -> Result<Model, Error> {
 }
 
 /// Hinges alone, hinges and slides, or all there are.
-fn joint(random: &mut Random, axis: DVec3, mixed: usize) -> Joint {
-    match (mixed, random.below(8)) {
-        (1 | 2, 0 | 1) => Joint::prismatic(axis),
-        (2, 2) => Joint::spherical(),
-        (2, 3) => Joint::free(),
-        (2, 4) => Joint::fixed(),
-        _ => Joint::revolute(axis),
+fn joint(random: &mut Random, axis: DVec3, mixed: usize) -> Compound {
+    let across = axis.any_orthonormal_vector();
+    match (mixed, random.below(12)) {
+        (1 | 2, 0 | 1) => Joint::prismatic(axis).into(),
+        (2, 2) => Joint::spherical().into(),
+        (2, 3) => Joint::free().into(),
+        (2, 4) => Joint::fixed().into(),
+        (2, 5) => Joint::screw(axis, random.symmetric()).into(),
+        (2, 6) => Joint::cylindrical(axis),
+        (2, 7) => Joint::universal(axis, across),
+        (2, 8) => Joint::planar(axis, across),
+        _ => Joint::revolute(axis).into(),
     }
 }
 
 fn placement(random: &mut Random, scales: &Scales) -> Pose {
+    placement_of(random, scales.length)
+}
+
+/// A place about so far away, or at no distance, or much farther.
+pub(super) fn placement_of(random: &mut Random, length: f64) -> Pose {
     let distance = match random.below(8) {
         0 | 1 => 0.0,
-        2 => scales.length * 1e4,
-        3 => scales.length * wide(random, 6.0),
-        _ => scales.length,
+        2 => length * 1e4,
+        3 => length * wide(random, 6.0),
+        _ => length,
     };
     let translation = if rarely(random, 3) {
         DVec3::Z

@@ -36,7 +36,7 @@ pub(super) struct Series<'a> {
 }
 
 /// The series of these rows in order of first appearance. Labels name only what differs, besides
-/// the method.
+/// the method: threads are the processor's, and a device is named where there are several of its kind.
 pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
     fn way(row: &Row) -> (&str, &str, &str, usize, &str) {
         (
@@ -47,16 +47,18 @@ pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
             &row.device,
         )
     }
-    let several = |part: fn(&Row) -> String| {
-        rows.iter()
-            .map(|row| part(row))
-            .collect::<BTreeSet<_>>()
-            .len()
-            > 1
+    let several = |of: &dyn Fn(&Row) -> bool, part: fn(&Row) -> String| {
+        let rows = rows.iter().filter(|row| of(row));
+        rows.map(|row| part(row)).collect::<BTreeSet<_>>().len() > 1
     };
-    let several_backends = several(|row| row.backend.clone());
-    let several_threads = several(|row| row.threads.to_string());
-    let several_devices = several(|row| row.device.clone());
+    let several_backends = several(&|_| true, |row| row.backend.clone());
+    let several_threads = several(&|row| row.backend == "cpu", |row| row.threads.to_string());
+    let several_devices =
+        |backend: &str| several(&|row| row.backend == backend, |row| row.device.clone());
+    let devices = [
+        ("cpu", several_devices("cpu")),
+        ("gpu", several_devices("gpu")),
+    ];
 
     let mut series: Vec<Series<'a>> = Vec::new();
     for row in rows {
@@ -71,20 +73,17 @@ pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
         if row.precision != "-" {
             label.push_str(&format!(" {}", row.precision));
         }
-        if several_backends {
-            label.push_str(&format!(", {}", row.backend));
+        let is_gpu = row.backend == "gpu";
+        if several_backends && is_gpu {
+            label.push_str(", GPU");
+        } else if several_backends || several_threads {
+            let plural = if row.threads == 1 { "" } else { "s" };
+            label.push_str(&format!(", {} thread{plural}", row.threads));
         }
-        if several_threads {
-            label.push_str(&format!(
-                ", {} thread{}",
-                row.threads,
-                if row.threads == 1 { "" } else { "s" }
-            ));
-        }
-        if several_devices {
+        if devices.contains(&(row.backend.as_str(), true)) {
             label.push_str(&format!(", {}", row.device));
         }
-        let (color, (marker, hollow)) = look(&series, row);
+        let (color, (marker, hollow)) = look(&series, row, several_backends && is_gpu);
         series.push(Series {
             label,
             color,
@@ -108,8 +107,8 @@ pub(super) fn nth_look(index: usize) -> (Color, (Marker, bool)) {
 
 /// Colour and marker of the series that starts with `row`, after the others: the colour of its
 /// method, and the first marker from that of its turn among the method's series that no other series
-/// of this colour has, as long as there is one.
-fn look(others: &[Series<'_>], row: &Row) -> (Color, (Marker, bool)) {
+/// of this colour has, as long as there is one; hollow ones first if asked for.
+fn look(others: &[Series<'_>], row: &Row, hollow_first: bool) -> (Color, (Marker, bool)) {
     let of_method = |series: &&Series<'_>| series.rows[0].method == row.method;
     let color = others.iter().find(of_method).map_or_else(
         || {
@@ -121,8 +120,9 @@ fn look(others: &[Series<'_>], row: &Row) -> (Color, (Marker, bool)) {
         },
         |series| series.color,
     );
-    let turn = others.iter().filter(of_method).count();
-    let markers: Vec<(Marker, bool)> = [false, true]
+    let alike = |series: &&Series<'_>| of_method(series) && series.rows[0].backend == row.backend;
+    let turn = others.iter().filter(alike).count();
+    let markers: Vec<(Marker, bool)> = [hollow_first, !hollow_first]
         .iter()
         .flat_map(|hollow| MARKERS.map(|marker| (marker, *hollow)))
         .collect();
@@ -233,6 +233,17 @@ mod tests {
                 "moller, 1 thread"
             ]
         );
+        let on_gpu = Row {
+            backend: "gpu".to_owned(),
+            device: "a GPU".to_owned(),
+            ..row("chain", "aba", "f64", 128, 1e-3)
+        };
+        let both = series(&[&rows[0], &on_gpu]);
+        assert_eq!(
+            [&both[0].label, &both[1].label],
+            ["aba f64, 1 thread", "aba f64, GPU"]
+        );
+        assert_eq!([both[0].hollow, both[1].hollow], [false, true]);
         let few = series(&all[..2]);
         assert_eq!(few[0].label, "aba f64");
         assert!(few[0].rows.iter().map(|row| row.size).is_sorted());

@@ -1,4 +1,4 @@
-//! Speed against error, both logarithmic: a point a row, labelled with its scenario; or with its size,
+//! Speed against error, both logarithmic: a point a row, labelled with its scenario or its method; or with its size,
 //! the ends of each method's curve.
 
 use std::collections::BTreeSet;
@@ -35,15 +35,30 @@ pub(super) struct DataPoint<'a> {
     on_front: bool,
 }
 
+/// What a row is asked for, whatever answers it.
+pub(super) fn task(row: &Row) -> &str {
+    let (family, question) = row.method.split_once('-').unwrap_or((&row.method, ""));
+    match family {
+        _ if row.method == "aba-derivatives" => &row.method,
+        "aba" | "crba" | "dca" | "mujoco" | "pinocchio" | "tolerance" => "forward dynamics",
+        "step" if matches!(question, "" | "16") => "a whole step",
+        "exact" | "moller" | "moller0" | "separating" => question,
+        // Meshes lie on the device, unless they are uploaded for each answer.
+        "collision" => match question {
+            "pairs-upload" => "pairs",
+            "pairs" | "pairs-all" | "pairs-tree" | "pairs-chosen" | "moller" => "pairs-resident",
+            "any" => "any-resident",
+            "count" => "count-resident",
+            "mask" => "mask-resident",
+            _ => &row.method,
+        },
+        _ => &row.method,
+    }
+}
+
 /// What a row is compared with: the same input, and asked the same of it.
 fn rivals(row: &Row) -> (&str, u64, &str) {
-    let family = row.method.split('-').next().unwrap_or(&row.method);
-    let task = match family {
-        "aba" | "crba" | "dca" | "mujoco" | "pinocchio" => "forward dynamics",
-        "exact" | "moller" | "moller0" | "separating" => question(row),
-        _ => &row.method,
-    };
-    (&row.scenario, row.size, task)
+    (&row.scenario, row.size, task(row))
 }
 
 /// Whether no other row of the same input, of which there are some, is both faster and more exact:
@@ -117,8 +132,19 @@ fn telling<'a>(
     (telling, others.into_iter().map(question).collect())
 }
 
-/// The plot of the rows of one scenario, or of several that have one size each.
-pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
+/// What stands beside points.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Labels {
+    /// The scenario, of which there are several of one size each.
+    Scenario,
+    /// The size, at the ends of each series, of one scenario.
+    Size,
+    /// What answered, of one scenario and one size.
+    Method,
+}
+
+/// The plot of rows of one scenario, or of several that have one size each.
+pub(super) fn figure(title: String, labels: Labels, rows: &[&Row]) -> Figure {
     let measured = |measure: &Measure| {
         rows.iter()
             .filter(|row| (measure.value)(row).is_some())
@@ -131,17 +157,20 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
             measure = other;
         }
     }
-    let (rows, exact_questions) = telling(rows, measure.value);
+    let (rows, exact_questions) = match labels {
+        Labels::Method => (rows.to_vec(), BTreeSet::new()),
+        Labels::Scenario | Labels::Size => telling(rows, measure.value),
+    };
     let series = series(&rows);
     let speed = |row: &Row| row.size as f64 / row.time_median_s;
     let error = |row: &Row| (measure.value)(row);
     let mut points = Vec::new();
     for series in &series {
         for row in &series.rows {
-            let label = if scenario.is_some() {
-                count(row.size)
-            } else {
-                fit(&row.scenario, SMALL, false, NAME)
+            let label = match labels {
+                Labels::Size => count(row.size),
+                Labels::Scenario => fit(&row.scenario, SMALL, false, NAME),
+                Labels::Method => fit(&series.label, SMALL, false, NAME),
             };
             points.extend(error(row).map(|error| DataPoint {
                 error,
@@ -152,10 +181,10 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
             }));
         }
     }
-    let kind = if scenario.is_some() {
-        "size, at the ends of each series"
-    } else {
-        "scenario"
+    let kind = match labels {
+        Labels::Size => "size, at the ends of each series",
+        Labels::Scenario => "scenario",
+        Labels::Method => "method, precision of chunks/joins, and what computes",
     };
     let columns = if points.iter().any(|point| point.error == 0.0) {
         ", and columns at exactly 0"
@@ -176,22 +205,24 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
     }
     if !exact_questions.is_empty() {
         let names: Vec<&str> = exact_questions.into_iter().collect();
-        remark.push_str(&format!(
-            " Not drawn, as no answer is wrong: {}.",
-            names.join(", ")
-        ));
+        let named = match names.len() {
+            0..=5 => names.join(", "),
+            count => format!("{count} other questions"),
+        };
+        remark.push_str(&format!(" Not drawn, as no answer is wrong: {named}."));
     }
     let titles = Titles {
-        title: scenario.map_or("Speed against error".to_owned(), |scenario| {
-            format!("{scenario}: speed against error")
-        }),
+        title,
         subtitle: devices(&rows),
         vertical: Some(&format!("speed [{} per second]", rows[0].size_unit)),
         horizontal: measure.title,
         remark,
     };
     let has_points = |series: &&Series<'_>| series.rows.iter().any(|row| error(row).is_some());
-    let drawn = series.iter().filter(has_points).collect();
+    let drawn = match labels {
+        Labels::Method => Vec::new(),
+        Labels::Scenario | Labels::Size => series.iter().filter(has_points).collect(),
+    };
     let legend = Legend {
         series: drawn,
         published: Vec::new(),
@@ -253,7 +284,7 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
     }
     let place =
         |point: &DataPoint<'_>| (horizontal.place(point.error), vertical.place(point.speed));
-    if scenario.is_some() {
+    if labels == Labels::Size {
         for curve in inexact.chunk_by(same_series) {
             // One by one: joined at a sharp angle, lines end in a spike.
             for ends in curve.windows(2) {
@@ -262,7 +293,10 @@ pub(super) fn figure(scenario: Option<&str>, rows: &[&Row]) -> Figure {
             }
         }
     }
-    let ends_only = scenario.is_some();
+    if labels == Labels::Method {
+        front(&mut frame.figure, &inexact, place);
+    }
+    let ends_only = labels == Labels::Size;
     draw_labelled(&mut frame.figure, &inexact, place, &plane, ends_only);
     frame.figure
 }
@@ -276,6 +310,17 @@ fn ring(figure: &mut Figure, (x, y): Point) {
     };
     let circle: Vec<Point> = (0..=CORNERS).map(corner).collect();
     figure.line(&circle, INK, 1.5);
+}
+
+/// A line along the front, which no point is beyond.
+fn front(figure: &mut Figure, points: &[DataPoint<'_>], place: impl Fn(&DataPoint<'_>) -> Point) {
+    let mut front: Vec<&DataPoint<'_>> = points.iter().filter(|point| point.on_front).collect();
+    front.sort_by(|a, b| a.error.total_cmp(&b.error));
+    for ends in front.windows(2) {
+        // Up where it gets faster: to the left of that nothing is.
+        let [(x, y), (to_x, to_y)] = [place(ends[0]), place(ends[1])];
+        figure.line(&[(x, y), (to_x, y), (to_x, to_y)], LEADER, 1.5);
+    }
 }
 
 fn same_series(one: &DataPoint<'_>, other: &DataPoint<'_>) -> bool {

@@ -35,7 +35,7 @@ impl Subjects {
         let selection = arguments.selection();
         Ok(Self {
             models: models(arguments)?,
-            needs: if arguments.wants(needs::NAME) && arguments.wants_backend("cpu") {
+            needs: if arguments.wants(needs::NAME) {
                 needs::subjects(&selection)?
             } else {
                 Vec::new()
@@ -90,6 +90,7 @@ impl Subjects {
             // Nothing but rows of models, mechanisms and meshes of one's own asks for it: drivers talk when they are opened.
             device: if arguments.wants_backend("gpu")
                 && (arguments.wants(chain::NAME)
+                    || arguments.wants(needs::NAME)
                     || arguments.wants(joints::NAME)
                     || arguments.wants(loops::NAME)
                     || arguments.model.is_some()
@@ -113,7 +114,12 @@ impl Subjects {
                 list.extend(gpu::chains::measurements(subject, gpu.device(), selection));
             }
         }
-        list.extend(needs::measurements(&self.needs, selection));
+        if self.on_cpu {
+            list.extend(needs::measurements(&self.needs, selection));
+        }
+        if let Some(gpu) = &self.device {
+            list.extend(needs::on_gpu(&self.needs, gpu.device(), selection));
+        }
         if let Some(subject) = &self.lengths {
             list.extend(subject.measurements(selection));
         }

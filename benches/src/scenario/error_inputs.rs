@@ -54,7 +54,7 @@ pub fn lists(seed: u64) -> anyhow::Result<Vec<(String, Vec<TrianglePair>)>> {
         lists.push((format!("offset {offset:e}"), moved(&|p| p + aside * offset)));
     }
     lists.push(("stacked boxes".to_owned(), stacked_boxes(&mut random)));
-    let drawn: [(&str, Draw); 7] = [
+    let drawn: [(&str, Draw); 10] = [
         ("lattice", lattice_pair),
         ("one plane", coplanar_pair),
         ("common edges", edge_pair),
@@ -62,6 +62,9 @@ pub fn lists(seed: u64) -> anyhow::Result<Vec<(String, Vec<TrianglePair>)>> {
         ("parallel planes ulps apart", parallel_pair),
         ("nearly parallel planes", tilted_pair),
         ("slivers", sliver_pair),
+        ("touching in fractions", touching_pair),
+        ("pieces of a triangle", pieces_pair),
+        ("a millionth apart", apart_pair),
     ];
     for (name, draw) in drawn {
         let pairs = (0..COUNT).map(|_| draw(&mut random)).collect();
@@ -171,6 +174,54 @@ fn sliver_pair(random: &mut Random) -> TrianglePair {
         let [tip, aside, shift] = random_triangle(random);
         [tip, -tip, aside * WIDTH].map(|corner| corner + shift * (0.3 * WIDTH))
     })
+}
+
+/// A corner or the middle of a side of one exactly on a face or side of the other: all coordinates are 64ths, and the
+/// place has quarters and halves of them.
+fn touching_pair(random: &mut Random) -> TrianglePair {
+    let mut grid = || {
+        #[expect(clippy::cast_precision_loss, reason = "at most 64")]
+        let mut number = || random.below(129) as f32 / 64.0 - 1.0;
+        Vec3::new(number(), number(), number())
+    };
+    let [p, q, r, s, t] = [(); 5].map(|()| grid());
+    let on = match random.below(3) {
+        0 => p * 0.5 + (q + r) * 0.25,
+        1 => (p + q) * 0.5,
+        _ => p * 0.25 + q * 0.75,
+    };
+    let b = match random.below(2) {
+        0 => [on, s, t],
+        _ => [on + s, on - s, t],
+    };
+    [[p, q, r], b]
+}
+
+/// A quarter of a triangle and a sixteenth of it, whose corners are middles of sides, rounded: neighbours in one surface,
+/// some with corners on others' sides.
+fn pieces_pair(random: &mut Random) -> TrianglePair {
+    let piece = |[p, q, r]: [Vec3; 3], which: usize| {
+        let [pq, qr, rp] = [(p + q) * 0.5, (q + r) * 0.5, (r + p) * 0.5];
+        [[p, pq, rp], [pq, q, qr], [rp, qr, r], [pq, qr, rp]][which]
+    };
+    let whole = random_triangle(random);
+    let [a, b, c] = [(); 3].map(|()| random.below(4));
+    [piece(whole, a), piece(piece(whole, b), c)]
+}
+
+/// A triangle, and another that stands a millionth of their size above or below its plane.
+fn apart_pair(random: &mut Random) -> TrianglePair {
+    let a = random_triangle(random);
+    let [p, q, r] = a.map(Vec3::as_dvec3);
+    let up = (q - p).cross(r - p).normalize_or(DVec3::Z);
+    let (s, t) = (share(random), share(random));
+    let on = p + (q - p) * (s * (1.0 - t)) + (r - p) * t;
+    let gap = 2.5e-6 * random.symmetric();
+    let mut beyond = || {
+        let aside = DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
+        (on + aside * 0.3 + up * 0.6).as_vec3()
+    };
+    [a, [(on + up * gap).as_vec3(), beyond(), beyond()]]
 }
 
 fn with(corner: Vec3, axis: usize, height: f32) -> Vec3 {

@@ -1,6 +1,6 @@
 //! Rows of one articulated model: forward and inverse dynamics, and a whole step.
 
-use super::{Measurement, Meter, Selection};
+use super::{Measurement, Meter, Selection, tolerance};
 use crate::row::Row;
 use crate::suite::{relative_error, worst_of};
 use std::sync::OnceLock;
@@ -93,6 +93,8 @@ impl Subject {
                     let run = move |m: &Meter| self.refined(m, None, sweeps);
                     add(name, &detail, Box::new(run));
                 }
+                let run = move |m: &Meter| self.to_tolerance(m, None);
+                add(tolerance::METHOD, "", Box::new(run));
                 let options = DcaOptions {
                     tree: Precision::F32,
                     parallel: false,

@@ -1,9 +1,11 @@
 //! What a scene does not have, and what that saves: one chain, with more and less of everything.
 
+use super::gpu::chains;
 use super::model::{Read, Subject};
 use super::{Measurement, Meter, Selection};
 use vertebra::generate::{self, RandomTree, Rod};
 use vertebra::{Precision, Wrench};
+use vertebra_gpu::Device;
 
 /// Name of the scenario on the command line.
 pub const NAME: &str = "needs";
@@ -45,7 +47,21 @@ pub fn subjects(selection: &Selection) -> anyhow::Result<Vec<Subject>> {
     Ok(vec![plain, free, pushed, still, mixed])
 }
 
-/// The rows, in f64 unless another precision is asked for: forward dynamics of each, and steps of the first after which no pose is read, one, or all.
+/// Whole steps of each on a GPU, which computes all poses at the end of sixteen.
+#[must_use]
+pub fn on_gpu<'a>(
+    subjects: &'a [Subject],
+    device: &'a Device,
+    selection: &Selection,
+) -> Vec<Measurement<'a>> {
+    let wanted = subjects.iter().filter(|_| selection.wants("step-16"));
+    wanted
+        .map(|subject| chains::steps(subject, device))
+        .collect()
+}
+
+/// The rows of the CPU, in f64 unless another precision is asked for: forward dynamics of each, and steps of the first after
+/// which no pose is read, one, or all.
 #[must_use]
 pub fn measurements<'a>(subjects: &'a [Subject], selection: &Selection) -> Vec<Measurement<'a>> {
     let precisions = match selection.precisions.is_empty() {

@@ -99,8 +99,10 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dca_same_bits", dynamics::same_bits),
     check("dynamics_long", dynamics::long),
     check("dynamics_loops", loops::loops),
+    check("dynamics_loaded_loops", loops::loaded),
     check("dca_overflow", dynamics::overflow),
     check("dynamics_device_lost", dynamics::device_lost),
+    check("no_nan", no_nan),
     check("collision_gold", collision::gold),
     check("collision_hard", collision::hard),
     check("collision_nearly_touching", collision::nearly_touching),
@@ -129,6 +131,12 @@ const fn check(name: &'static str, run: fn(&Device) -> Outcome) -> GpuCheck {
 /// If there is none.
 pub fn device() -> Result<Device, vertebra_gpu::Error> {
     Device::auto()
+}
+
+/// Wild models answered with numbers or errors, and the device as it was.
+fn no_nan(device: &Device) -> Outcome {
+    let models = if is_software(device) { 16 } else { 256 };
+    crate::fuzz::no_nan_on(device, models)
 }
 
 /// A figure that is 0 where a statement holds.

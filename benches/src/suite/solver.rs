@@ -234,8 +234,9 @@ impl Solver for Refined {
         self.name
     }
 
+    /// That of the residuals.
     fn precision(&self) -> Precision {
-        Precision::F64
+        self.tree.map_or(Precision::F64, |options| options.chunks)
     }
 
     fn solve_all(&self, model: &Model, inputs: &[(State, Forces)]) -> Result<Vec<Vec<f64>>, Error> {

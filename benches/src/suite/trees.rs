@@ -3,8 +3,8 @@
 use super::{Figure, Outcome, relative_error, solver::Solver, worst_of};
 use vertebra::generate::{self, RandomTree, Rod};
 use vertebra::{
-    Forces, Model, Precision, Random, State, Workspace, Wrench, aba, crba, crba_forward_dynamics,
-    rnea,
+    Elements, Forces, Model, Precision, Random, State, Workspace, Wrench, aba, crba,
+    crba_forward_dynamics, rnea,
 };
 
 /// A random problem.
@@ -40,8 +40,9 @@ impl Problem {
         })
     }
 
-    /// The same with inertia of their own in two freedoms of three, over six decades.
-    fn with_rotors(name: String, model: Model, seed: u64) -> anyhow::Result<Self> {
+    /// The same with inertia of their own in two freedoms of three, over six decades, and all that the model's elements do in
+    /// a step of a millisecond.
+    fn with_elements(name: String, model: Model, seed: u64) -> anyhow::Result<Self> {
         let mut problem = Self::new(name, model, seed)?;
         let mut random = Random::new(seed ^ 0x0007_0705);
         let own = |_| match random.below(3) {
@@ -49,6 +50,8 @@ impl Problem {
             _ => 1e-3 * 1e6_f64.powf(random.unit()),
         };
         problem.forces.joint_inertia = (0..problem.model.dof_count()).map(own).collect();
+        let mut elements = Elements::new(&problem.model);
+        problem.forces = (elements.load(&problem.state, &problem.forces, 1e-3)?).clone();
         Ok(problem)
     }
 
@@ -106,9 +109,9 @@ fn small_problems() -> anyhow::Result<Vec<Problem>> {
     }
     for seed in 0..12_u64 {
         for count in [1, 4, 20] {
-            let model = generate::random_mechanism(count, false, seed)?;
+            let model = generate::random_mechanism(count, true, seed)?;
             let name = format!("mechanism of {count} seed {seed}");
-            problems.push(Problem::with_rotors(name, model, seed)?);
+            problems.push(Problem::with_elements(name, model, seed)?);
         }
     }
     Ok(problems)
@@ -131,9 +134,9 @@ fn large_problems() -> anyhow::Result<Vec<Problem>> {
             }
         }
         for seed in 0..4 {
-            let model = generate::random_mechanism(count, false, seed)?;
+            let model = generate::random_mechanism(count, true, seed)?;
             let name = format!("mechanism of {count}, seed {seed}");
-            problems.push(Problem::with_rotors(name, model, seed)?);
+            problems.push(Problem::with_elements(name, model, seed)?);
         }
         let chain = generate::random_chain(count, &Rod::default(), 1)?;
         problems.push(Problem::new(format!("chain of {count}"), chain, 1)?);

@@ -269,7 +269,7 @@ fn known(user: &str, body: &str, by_name: &HashMap<&str, usize>) -> Result<usize
     })
 }
 
-fn check_closure(name: &str, closure: &Closure) -> Result<(), ModelError> {
+pub(crate) fn check_closure(name: &str, closure: &Closure) -> Result<(), ModelError> {
     match *closure {
         Closure::Weld | Closure::Ball => Ok(()),
         Closure::Revolute { axis }
@@ -309,7 +309,7 @@ fn check_axis(name: &str, axis: DVec3) -> Result<(), ModelError> {
 
 impl Closure {
     /// The same with axes of unit length.
-    fn normalized(self) -> Self {
+    pub(crate) fn normalized(self) -> Self {
         let unit = validate::unit_axis;
         match self {
             Self::Weld | Self::Ball | Self::Distance { .. } => self,
@@ -359,15 +359,15 @@ pub(crate) fn resolve(
     (loops.collect(), couplings.collect())
 }
 
-/// The loops and couplings of a model that are left when its bodies become others, by their new ids; none of
+/// The loops and couplings that are left when bodies become others, by their new ids; none of
 /// bodies that are gone, nor of joints that no longer have one freedom.
 pub(crate) fn carried_over(
-    model: &Model,
+    (loops, couplings): (Vec<Loop>, Vec<Coupling>),
     ids: &[Option<BodyId>],
     bodies: &[Body],
 ) -> (Vec<Loop>, Vec<Coupling>) {
     let find = |id: BodyId| ids[id.index()];
-    let loops = model.loops().iter().filter_map(|closed| {
+    let loops = loops.into_iter().filter_map(|closed| {
         let mut bodies = [None; 2];
         for (new, old) in bodies.iter_mut().zip(closed.bodies) {
             *new = match old {
@@ -375,18 +375,15 @@ pub(crate) fn carried_over(
                 None => None,
             };
         }
-        Some(Loop {
-            bodies,
-            ..closed.clone()
-        })
+        Some(Loop { bodies, ..closed })
     });
-    let couplings = model.inner.couplings.iter().filter_map(|coupling| {
+    let couplings = couplings.into_iter().filter_map(|coupling| {
         let (body, other) = (find(coupling.body)?, find(coupling.other)?);
         let single = |id: BodyId| bodies[id.index()].joint.kind.dof_count() == 1;
-        (single(body) && single(other)).then(|| Coupling {
+        (single(body) && single(other)).then_some(Coupling {
             body,
             other,
-            ..coupling.clone()
+            ..coupling
         })
     });
     (loops.collect(), couplings.collect())

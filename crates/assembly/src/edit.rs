@@ -1,10 +1,13 @@
 //! Models changed while they move: tethers, fracture, docking.
 
+mod loops;
+
+use self::loops::of_model;
 use crate::kinematics::{Placed, across, beyond, project};
 use crate::model::{Bodies, body_id};
 use crate::{
-    Body, BodyId, Frame, Joint, JointKind, MassProperties, Model, ModelError, State, closure,
-    massless, validate,
+    Body, BodyId, Coupling, Frame, Joint, JointKind, Loop, MassProperties, Model, ModelError,
+    State, closure, massless, validate,
 };
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -17,7 +20,8 @@ const KEPT: usize = 32;
 /// A change of a model and its state in the making ([`Model::edit`]); nothing happens to either.
 ///
 /// Bodies that stay keep their poses and velocities; coordinates of joints that stay keep their bits. Loops
-/// and couplings stay as long as their bodies do.
+/// and couplings stay as long as their bodies do, or until they are [opened](Self::open); others can be
+/// [closed](Self::close).
 ///
 /// ```
 /// use glam::DVec3;
@@ -48,6 +52,8 @@ pub struct Edit<'a> {
     changed: HashMap<usize, (Joint, Vec<f64>, Vec<f64>)>,
     added: Vec<Added>,
     names: HashSet<String>,
+    /// Loops and couplings by the old ids, once any was changed.
+    closed: Option<(Vec<Loop>, Vec<Coupling>)>,
 }
 
 #[derive(Clone, Debug)]
@@ -84,6 +90,7 @@ impl<'a> Edit<'a> {
             changed: HashMap::new(),
             added: Vec::new(),
             names: HashSet::new(),
+            closed: None,
             model,
             state,
         }
@@ -286,7 +293,8 @@ impl<'a> Edit<'a> {
             })
         });
         let whole = (self.model.name().to_owned(), self.model.gravity());
-        let closed = closure::carried_over(self.model, &ids, &bodies.list);
+        let closed = self.closed.take().unwrap_or_else(|| of_model(self.model));
+        let closed = closure::carried_over(closed, &ids, &bodies.list);
         let frames = frames.collect();
         let model = Model::of_bodies(whole, bodies, frames, closed, OnceLock::new());
         massless::check(&model)?;

@@ -1,6 +1,6 @@
 //! What acts in a joint of its own accord: springs, and what keeps it in its range.
 
-use glam::DQuat;
+use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// A linear spring across a joint.
@@ -43,7 +43,7 @@ impl Spring {
     }
 }
 
-/// What keeps a joint with one freedom in the range of its limits.
+/// What keeps a joint in the range of its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum Stop {
@@ -59,6 +59,57 @@ pub enum Stop {
         /// Force a speed beyond the limit [N m s/rad or N s/m].
         damping: f64,
     },
+}
+
+/// The range of a spherical joint ([`Joint::with_ball_range`](crate::Joint::with_ball_range)), counted from where
+/// its two frames coincide.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum BallRange {
+    /// Turns up to an angle, about whatever axis.
+    Turn {
+        /// Largest angle \[rad\], above 0 and below pi.
+        angle: f64,
+    },
+    /// An axis of the child stays in a cone about the same axis of the parent, and the child twists about it
+    /// within bounds.
+    Cone {
+        /// Direction of the axis, in both joint frames.
+        axis: DVec3,
+        /// Largest angle between the two axes \[rad\], above 0 and below pi.
+        swing: f64,
+        /// Smallest and largest twist \[rad\], within -pi and pi; none for any.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        twist: Option<[f64; 2]>,
+    },
+}
+
+impl BallRange {
+    /// Turns up to an angle \[rad\], about whatever axis.
+    #[must_use]
+    pub const fn turn(angle: f64) -> Self {
+        Self::Turn { angle }
+    }
+
+    /// Swings of an axis up to an angle \[rad\], with any twist about it.
+    #[must_use]
+    pub const fn cone(axis: DVec3, swing: f64) -> Self {
+        Self::Cone {
+            axis,
+            swing,
+            twist: None,
+        }
+    }
+
+    /// Swings of an axis up to an angle \[rad\], with twists about it between two \[rad\].
+    #[must_use]
+    pub const fn cone_and_twist(axis: DVec3, swing: f64, lower: f64, upper: f64) -> Self {
+        Self::Cone {
+            axis,
+            swing,
+            twist: Some([lower, upper]),
+        }
+    }
 }
 
 impl Stop {

@@ -41,7 +41,9 @@ pub enum ModelError {
         index: usize,
     },
     /// Two bodies or frames of one name.
-    #[error("the name `{name}` is used twice; body and frame names must be unique in a model")]
+    #[error(
+        "the name `{name}` is used twice; names of bodies and frames must be unique in a model, and those of loops and couplings"
+    )]
     DuplicateName {
         /// The name.
         name: String,
@@ -154,6 +156,14 @@ pub enum ModelError {
         /// The body whose joint it is.
         body: String,
     },
+    /// A range of a spherical joint that it cannot have.
+    #[error("the range of orientations of the joint of body `{body}` is impossible: {reason}")]
+    BadBallRange {
+        /// The body whose joint it is.
+        body: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
     /// An inertia matrix that is not symmetric.
     #[error(
         "the inertia of body `{body}` is not symmetric; give the matrix about the centre of mass"
@@ -209,6 +219,16 @@ pub enum ModelError {
         /// Index of the body.
         body: usize,
     },
+    /// A loop or coupling that is not in the model, or no longer.
+    #[error(
+        "the model `{model}` has no loop or coupling `{name}`, or it was taken away; take names from the model itself"
+    )]
+    NoSuchLoop {
+        /// Name of the model.
+        model: String,
+        /// The name.
+        name: String,
+    },
     /// An array of the wrong length.
     #[error("{quantity} has {found} entries, the model needs {expected}")]
     WrongLength {
@@ -248,6 +268,7 @@ impl ModelError {
             | Self::MasslessBody { body }
             | Self::EmptyRange { body, .. }
             | Self::UnsuitedSpring { body }
+            | Self::BadBallRange { body, .. }
             | Self::Negative { body, .. } => (Some(body), true),
             Self::NonFinite {
                 quantity, element, ..
@@ -266,6 +287,7 @@ impl ModelError {
             | Self::NonPhysicalInertia { body, .. }
             | Self::SelfLoop { name: body }
             | Self::CoupledFreedoms { name: body, .. }
+            | Self::NoSuchLoop { name: body, .. }
             | Self::DuplicateName { name: body } => (Some(body), false),
             Self::Empty { .. }
             | Self::TooLarge { .. }

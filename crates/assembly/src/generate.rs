@@ -138,6 +138,26 @@ pub fn uneven_tree(
     })
 }
 
+/// A model with the masses and inertias of its bodies multiplied by a pattern.
+///
+/// # Errors
+/// [`ModelError`] if a mass becomes impossible, or joints are left that move nothing.
+pub fn weighted(model: &Model, masses: &Masses, seed: u64) -> Result<Model, ModelError> {
+    let mut random = Random::new(seed);
+    let count = model.bodies().len();
+    let mut is_tip = vec![true; count];
+    for parent in model.bodies().iter().filter_map(|body| body.parent) {
+        is_tip[parent.index()] = false;
+    }
+    let mut description = model.describe();
+    for (index, body) in description.bodies.iter_mut().enumerate() {
+        let times = masses.of(index, count, is_tip[index], &mut random);
+        body.mass.mass *= times;
+        body.mass.inertia *= times;
+    }
+    description.build()
+}
+
 /// A chain coiled to a helix: each rod is bent by `bend` about x and twisted by `twist` about z
 /// \[rad\] against the one before; the joints turn about x.
 ///

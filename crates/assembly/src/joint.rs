@@ -1,6 +1,6 @@
 //! Joints: how a body may move against its parent.
 
-use crate::element::{Spring, Stop};
+use crate::element::{BallRange, Spring, Stop};
 use crate::{Compound, ModelError};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -106,7 +106,7 @@ pub struct Joint {
     pub stop: Stop,
     /// Viscous damping [N m s/rad or N s/m], of a spherical joint in all directions.
     pub damping: f64,
-    /// Dry (Coulomb) friction [N m or N] of a joint with one freedom.
+    /// Dry (Coulomb) friction [N m or N], of a spherical joint against turns about any axis.
     pub friction: f64,
     /// Inertia of a motor's rotor as the joint feels it [kg m^2 or kg], of a spherical joint in all
     /// directions.
@@ -203,11 +203,12 @@ impl Joint {
 
     /// Whether anything acts in it of its own accord.
     pub(crate) fn has_elements(&self) -> bool {
-        let acts = self.damping > 0.0 || self.armature > 0.0 || self.spring.is_some();
-        let stops = self.friction > 0.0 || self.limits.is_some_and(|l| l.position.is_some());
+        let rubs = self.damping > 0.0 || self.friction > 0.0;
+        let acts = rubs || self.armature > 0.0 || self.spring.is_some();
+        let limits = self.limits.unwrap_or_default();
         match self.kind.dof_count() {
-            1 => acts || stops,
-            3 => acts,
+            1 => acts || limits.position.is_some(),
+            3 => acts || limits.orientation.is_some(),
             _ => false,
         }
     }
@@ -240,6 +241,13 @@ impl Joint {
     #[must_use]
     pub fn with_range(mut self, lower: f64, upper: f64) -> Self {
         self.limits.get_or_insert_default().position = Some([lower, upper]);
+        self
+    }
+
+    /// Keeps the orientation of a spherical joint in a range.
+    #[must_use]
+    pub fn with_ball_range(mut self, range: BallRange) -> Self {
+        self.limits.get_or_insert_default().orientation = Some(range);
         self
     }
 
@@ -292,6 +300,9 @@ impl Joint {
 pub struct JointLimits {
     /// Smallest and largest position [rad or m], where the joint has a range.
     pub position: Option<[f64; 2]>,
+    /// Range of a spherical joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub orientation: Option<BallRange>,
     /// Largest speed [rad/s or m/s], where one is stated.
     pub velocity: Option<f64>,
     /// Largest joint force [N m or N], where one is stated.

@@ -46,7 +46,7 @@ pub use closure::{Closure, Coupling, CouplingDescription, Loop, LoopDescription}
 pub use compound::Compound;
 pub use description::{BodyDescription, FrameDescription, ModelDescription};
 pub use edit::{Edit, Edited};
-pub use element::{Rest, Spring, Stop};
+pub use element::{BallRange, Rest, Spring, Stop};
 pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};
 pub use location::{Ignored, Location};

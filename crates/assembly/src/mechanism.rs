@@ -1,5 +1,5 @@
 //! Mechanisms with closed loops, assembled: four-bar and five-bar linkages, overconstrained linkages, a walking leg,
-//! chain mail, a parallel robot. Each function gives a model and a state in which its loops are closed.
+//! chain mail, a parallel robot, random ones. Each function gives a model and a state in which its loops are closed.
 //!
 //! The planar ones lie askew in the world, so that nothing is aligned with its axes.
 //!
@@ -11,6 +11,10 @@
 //! assert_eq!(state.q.len(), 7);
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
+
+mod random;
+
+pub use random::random;
 
 use crate::{Closure, Joint, MassProperties, Model, ModelDescription, ModelError, State};
 use core::f64::consts::{FRAC_PI_2, PI};

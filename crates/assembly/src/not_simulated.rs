@@ -16,13 +16,14 @@ pub struct NotSimulated {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Feature {
-    /// The joint, which has not one freedom, moves through its limits.
+    /// The joint, which has not one freedom, moves through its limits of one number; a spherical one can have a
+    /// [range of its own](crate::BallRange).
     Limits,
     /// Largest speed [rad/s or m/s].
     Velocity(f64),
     /// Damping of a fixed or free joint [N m s/rad or N s/m].
     Damping(f64),
-    /// Friction of a joint that has not one freedom [N m or N].
+    /// Friction of a fixed or free joint [N m or N].
     Friction(f64),
     /// Rotor inertia of a fixed or free joint [kg m^2 or kg].
     Armature(f64),
@@ -54,7 +55,7 @@ impl NotSimulated {
             if joint.damping != 0.0 && is_rigid {
                 push(Feature::Damping(joint.damping));
             }
-            if joint.friction != 0.0 && freedoms != 1 {
+            if joint.friction != 0.0 && is_rigid {
                 push(Feature::Friction(joint.friction));
             }
             if joint.armature != 0.0 && is_rigid {

@@ -3,8 +3,10 @@
 use crate::closure;
 use crate::description::MODEL_VERSION;
 use crate::{
-    Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest, Spring, Stop,
+    BallRange, Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest,
+    Spring, Stop,
 };
+use core::f64::consts::PI;
 use glam::{DMat3, DQuat, DVec3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -218,7 +220,7 @@ pub(crate) fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
     }
     check_stop(body, &joint.stop)?;
     if let Some(limits) = &joint.limits {
-        check_limits(body, limits)?;
+        check_limits(body, joint.kind, limits)?;
     }
     if let Some(mimic) = &joint.mimic {
         finite("mimic multiplier", body, mimic.multiplier)?;
@@ -227,7 +229,7 @@ pub(crate) fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
     Ok(())
 }
 
-fn check_limits(body: &str, limits: &JointLimits) -> Result<(), ModelError> {
+fn check_limits(body: &str, kind: JointKind, limits: &JointLimits) -> Result<(), ModelError> {
     if let Some([lower, upper]) = limits.position {
         finite("joint position limit", body, lower)?;
         finite("joint position limit", body, upper)?;
@@ -239,6 +241,9 @@ fn check_limits(body: &str, limits: &JointLimits) -> Result<(), ModelError> {
             });
         }
     }
+    if let Some(range) = &limits.orientation {
+        check_ball_range(body, kind, range)?;
+    }
     for (quantity, limit) in [
         ("joint velocity limit", limits.velocity),
         ("joint effort limit", limits.effort),
@@ -246,6 +251,40 @@ fn check_limits(body: &str, limits: &JointLimits) -> Result<(), ModelError> {
         not_negative(quantity, body, limit.unwrap_or(0.0))?;
     }
     Ok(())
+}
+
+fn check_ball_range(body: &str, kind: JointKind, range: &BallRange) -> Result<(), ModelError> {
+    let bad = |reason| {
+        Err(ModelError::BadBallRange {
+            body: body.to_owned(),
+            reason,
+        })
+    };
+    if kind != JointKind::Spherical {
+        return bad("only spherical joints have one; a joint of one freedom takes `with_range`");
+    }
+    // Written so that NaN fails.
+    let is_angle = |angle: f64| angle > 0.0 && angle < PI;
+    match *range {
+        BallRange::Turn { angle } if is_angle(angle) => Ok(()),
+        BallRange::Cone { swing, .. } if !is_angle(swing) => {
+            bad("its swing must be above 0 and below pi")
+        }
+        BallRange::Turn { .. } => bad("its angle must be above 0 and below pi"),
+        BallRange::Cone { axis, twist, .. } => {
+            finite_vector("joint axis", body, axis)?;
+            if axis == DVec3::ZERO {
+                return Err(ModelError::ZeroAxis {
+                    body: body.to_owned(),
+                });
+            }
+            match twist {
+                None => Ok(()),
+                Some([lower, upper]) if -PI <= lower && lower <= upper && upper <= PI => Ok(()),
+                Some(_) => bad("its twists must lie within -pi and pi, the smaller one first"),
+            }
+        }
+    }
 }
 
 fn check_spring(body: &str, kind: JointKind, spring: &Spring) -> Result<(), ModelError> {
@@ -408,6 +447,10 @@ pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
 /// Axes of unit length, quaternions too.
 pub(crate) fn normalized(mut joint: Joint) -> Joint {
     if let Some(axis) = joint.kind.axis_mut() {
+        *axis = unit_axis(*axis);
+    }
+    let range = joint.limits.as_mut().and_then(|l| l.orientation.as_mut());
+    if let Some(BallRange::Cone { axis, .. }) = range {
         *axis = unit_axis(*axis);
     }
     for placement in [&mut joint.parent_placement, &mut joint.child_placement] {

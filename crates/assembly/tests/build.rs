@@ -25,6 +25,7 @@ fn an_arm() -> Model {
         position: Some([-1.0 / 3.0, 1.0 / 7.0]),
         velocity: Some(0.1),
         effort: None,
+        orientation: None,
     });
     lower.damping = 0.1;
     lower.friction = 1e-320;

@@ -25,6 +25,7 @@ fn two_bodies() -> ModelDescription {
         position: Some([-1.0, 1.0]),
         velocity: Some(2.0),
         effort: Some(3.0),
+        ..JointLimits::default()
     });
     lower.damping = 0.1;
     lower.friction = 0.2;

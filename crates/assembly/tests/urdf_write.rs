@@ -36,6 +36,7 @@ fn random_model(count: usize, seed: u64) -> Model {
                 position: (index % 4 == 2 || pick > 0.7).then_some([-pick, 1.0 / pick]),
                 velocity: (pick > 0.8).then_some(3.0 * pick),
                 effort: (pick < 0.8).then_some(1e-9 * pick),
+                ..JointLimits::default()
             });
             joint.mimic = (index > 4 && pick > 0.9).then(|| Mimic {
                 body: "body & 0".to_owned(),

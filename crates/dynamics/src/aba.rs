@@ -247,9 +247,14 @@ impl<T: Number> Sweeps<T> {
             for (l, other) in dofs.clone().enumerate().take(k + 1) {
                 d[k][l] = self.subspace[other].dot(u_column);
             }
-            d[k][k] += self.added[dof];
             let projected = self.subspace[dof].dot(bias);
             self.u[dof] = self.tau[dof] - projected;
+        }
+        let own = self.own(i);
+        for (k, row) in d.iter_mut().enumerate().take(dofs.len()) {
+            for (l, d) in row.iter_mut().enumerate().take(k + 1) {
+                *d += own.entry(k, l);
+            }
         }
         let [turn, slide] = floor;
         let floors = [turn, turn, turn, slide, slide, slide];
@@ -260,8 +265,7 @@ impl<T: Number> Sweeps<T> {
 
     /// Whether a joint of several freedoms has inertia of its own, which lets go less than all.
     pub(crate) fn holds(&self, i: usize) -> bool {
-        let mut own = self.added[self.dofs(i)].iter();
-        own.any(|&own| own != T::ZERO)
+        !self.own(i).is_zero()
     }
 
     /// Ia and pa of a joint of several freedoms with inertia of its own. With D = L L' and Y = U L^-T,
@@ -368,7 +372,7 @@ impl<T: Number> Sweeps<T> {
         self.articulated[i].mul(self.acceleration[i]) + self.bias[i]
     }
 
-    /// What drives a freedom, but for what its own inertia takes.
+    /// What drives the freedom of a joint that has no other, but for what its own inertia takes.
     #[inline(always)]
     pub(crate) fn driving(&self, dof: usize) -> T {
         self.tau[dof] - self.added[dof] * self.u[dof]
@@ -377,9 +381,10 @@ impl<T: Number> Sweeps<T> {
     /// A transmitted force that is right but for rounding, with what drives the joint along its freedoms.
     pub(crate) fn driven_right(&self, i: usize, f: Force<T>) -> Force<T> {
         let dofs = self.dofs(i);
-        let mut tau = [T::ZERO; 6];
-        for (tau, dof) in tau.iter_mut().zip(dofs.clone()) {
-            *tau = self.driving(dof);
+        let held = self.own(i).mul(&self.u[dofs.clone()]);
+        let mut tau = held.map(|held| -held);
+        for (tau, &given) in tau.iter_mut().zip(&self.tau[dofs.clone()]) {
+            *tau += given;
         }
         transmitted(f, &self.subspace[dofs], &tau)
     }
@@ -456,9 +461,9 @@ impl<T: Number> Sweeps<T> {
         };
         let mut qdd = [T::ZERO; 6];
         for _ in 0..2 {
-            let mut rest = [T::ZERO; 6];
-            for ((rest, dof), &qdd) in rest.iter_mut().zip(dofs.clone()).zip(&qdd) {
-                *rest = self.u[dof] - self.added[dof] * qdd - a.dot(self.u_columns[dof]);
+            let mut rest = self.own(i).mul(&qdd[..dofs.len()]);
+            for (rest, dof) in rest.iter_mut().zip(dofs.clone()) {
+                *rest = self.u[dof] - *rest - a.dot(self.u_columns[dof]);
             }
             factor.solve(&mut rest);
             for (k, dof) in dofs.clone().enumerate() {

@@ -1,18 +1,20 @@
 //! Forward dynamics of many states of one model.
 //!
 //! States of one model run through the same joints in the same order, so several are computed side by
-//! side, each in its lane of a vector register ([`Lanes`](vertebra_spatial::Lanes)): what is one addition for [`aba`] is one for
+//! side, each in its lane of a vector register ([`Lanes`](vertebra_spatial::Lanes)): what is one addition for [`aba`](crate::aba) is one for
 //! four or eight states here. Lanes round as single numbers do, and no lane sees its neighbours: every
 //! state gets the bits that [`aba`] gives it alone, whatever stands beside it and however many threads
 //! there are.
 //!
 //! A pack of lanes does not say which of its states a joint refused. It is then computed again, state
-//! by state, with [`aba`], whose errors these are.
+//! by state, with [`aba`](crate::aba), whose errors these are. So are all states of a model with closed loops, which
+//! each thread solves as a [`Solver`](crate::Solver) does.
 
 use crate::link::Scales;
-use crate::loops::{first_loop, refuse_looped};
+use crate::loops::Loops;
+use crate::tolerance::Method;
 use crate::workspace::Sweeps;
-use crate::{Error, Forces, Precision, Workspace, aba};
+use crate::{Error, Forces, Precision, Workspace};
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{F32Lanes, F64Lanes, Number, Real};
 
@@ -29,8 +31,6 @@ pub struct Batch {
     qdd: Vec<f64>,
     /// Why items have none.
     errors: Vec<Option<Error>>,
-    /// The first loop or coupling, if the model has any.
-    looped: Option<String>,
 }
 
 impl Batch {
@@ -48,7 +48,6 @@ impl Batch {
             workers: vec![Worker::new(model, precision); available(threads)],
             qdd: Vec::new(),
             errors: Vec::new(),
-            looped: first_loop(model),
             model: model.clone(),
             precision,
         }
@@ -98,12 +97,11 @@ impl Batch {
     }
 }
 
-/// [`aba`] for many states of one model: the joint accelerations [rad/s^2 or m/s^2], item by item,
+/// [`aba`](crate::aba) for many states of one model: the joint accelerations [rad/s^2 or m/s^2], item by item,
 /// shape [items, [`Model::dof_count`]]. `forces` has those of each state.
 ///
 /// # Errors
-/// [`Error::BatchLengths`], [`Error::WrongWorkspace`]; [`Error::LoopsUnavailable`] if the model has loops or couplings; [`Error::Item`] with the first item that failed.
-/// The others have their accelerations all the same: [`Batch::joint_accelerations`], and
+/// [`Error::BatchLengths`], [`Error::WrongWorkspace`]; [`Error::Item`] with the first item that failed. The others have their accelerations all the same: [`Batch::joint_accelerations`], and
 /// [`Batch::failures`] lists those that have none.
 ///
 /// ```
@@ -131,8 +129,6 @@ pub fn aba_batch<'b>(
             model: model.name().to_owned(),
         });
     }
-    let remedy = "solve for one state after the other by `Solver`, which does";
-    refuse_looped(batch.looped.as_ref(), "`aba_batch`", remedy)?;
     if states.len() != forces.len() {
         return Err(Error::BatchLengths {
             states: states.len(),
@@ -238,8 +234,9 @@ const WIDEST: usize = 8;
 struct Worker {
     packs: Packs,
     scales: Scales,
-    /// For states that are computed alone.
-    single: Workspace,
+    /// For states that are computed alone: the tree, and what keeps loops closed, if there are any.
+    single: Method,
+    loops: Option<Box<Loops>>,
 }
 
 /// The lanes of a precision.
@@ -247,20 +244,23 @@ struct Worker {
 enum Packs {
     F32(Pack<F32Lanes>),
     F64(Pack<F64Lanes>),
-    /// The reference goes state by state.
+    /// The reference goes state by state, and so do loops.
     None,
 }
 
 impl Worker {
     fn new(model: &Model, precision: Precision) -> Self {
+        let loops = Loops::of_model(model);
         Self {
             packs: match precision {
+                _ if loops.is_some() => Packs::None,
                 Precision::F32 => Packs::F32(Pack::new(model)),
                 Precision::F64 => Packs::F64(Pack::new(model)),
                 Precision::Reference => Packs::None,
             },
             scales: Scales::of_model(model),
-            single: Workspace::new(model, precision),
+            single: Method::Aba(Box::new(Workspace::of_tree(model, precision))),
+            loops,
         }
     }
 
@@ -288,11 +288,23 @@ impl Worker {
     fn solve_singly(&mut self, items: &mut Items<'_>) {
         let dofs = items.model.dof_count();
         for (item, error) in items.errors.iter_mut().enumerate() {
-            let (state, forces) = (&items.states[item], &items.forces[item]);
-            match aba(items.model, state, forces, &mut self.single) {
+            match self.solve_one(items.model, &items.states[item], &items.forces[item]) {
                 Ok(qdd) => items.qdd[item * dofs..(item + 1) * dofs].copy_from_slice(qdd),
                 Err(reason) => *error = Some(reason),
             }
+        }
+    }
+
+    fn solve_one(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+    ) -> Result<&[f64], Error> {
+        self.single.solve(model, state, forces)?;
+        match &mut self.loops {
+            None => self.single.accelerations(),
+            Some(loops) => loops.constrain(model, state, &mut self.single),
         }
     }
 }

@@ -77,8 +77,8 @@ pub fn crba_forward_dynamics(
         return Ok(Vec::new());
     }
     crba(model, state, workspace)?;
-    for (dof, &own) in forces.joint_inertia.iter().enumerate() {
-        workspace.mass_matrix[dof * (dofs + 1)] += own;
+    for (row, column, own) in forces.inertias(model) {
+        workspace.mass_matrix[row + dofs * column] += own;
     }
     let mass_matrix = MatRef::from_column_major_slice(&workspace.mass_matrix, dofs, dofs);
     let factor = Llt::new(mass_matrix, Side::Lower).map_err(|error| {

@@ -126,8 +126,8 @@ pub fn rnea_derivatives(
     out.check(model)?;
     rnea(model, state, qdd, forces, workspace)?;
     workspace.differentiate(forces, out);
-    for (dof, own) in forces.joint_inertia.iter().enumerate() {
-        out.drive[(dof, dof)] += own;
+    for (row, column, own) in forces.inertias(model) {
+        out.drive[(row, column)] += own;
     }
     out.finite(model, state.time)
 }

@@ -88,7 +88,8 @@ impl<T: Real> Sweeps<T> {
         sums
     }
 
-    fn mechanics(&self, model: &Model) -> Mechanics {
+    /// Of the kinematics at hand.
+    pub(crate) fn mechanics(&self, model: &Model) -> Mechanics {
         let units = model.units();
         let sums = self.sums();
         let center = sums.center();

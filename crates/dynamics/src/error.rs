@@ -57,9 +57,9 @@ pub enum Error {
         /// The number.
         value: f64,
     },
-    /// A motor on a joint that has none or several freedoms.
+    /// A motor on a joint of other freedoms than it drives.
     #[error(
-        "the joint of body `{body}` has not one freedom, so no motor drives it: put motors on revolute, prismatic or screw joints, and use joint forces on others"
+        "the joint of body `{body}` has no motor of this kind: `set_motor` drives joints of one freedom, `set_spherical_motor` spherical ones; use joint forces on others"
     )]
     NoMotor {
         /// The body whose joint it is.
@@ -67,7 +67,7 @@ pub enum Error {
     },
     /// A motor with an impossible number.
     #[error(
-        "{quantity} in the joint of body `{body}` is {value}: give a finite number, gains and limits not below zero"
+        "{quantity} in the joint of body `{body}` is {value}: give a finite number, gains and limits not below zero, quaternions of length 1"
     )]
     BadMotor {
         /// The body whose joint it is.
@@ -363,6 +363,15 @@ pub enum Error {
         by: &'static str,
         /// What to do instead.
         remedy: &'static str,
+    },
+    /// An element of a spherical joint that no kernel computes.
+    #[cfg(feature = "gpu")]
+    #[error(
+        "the spherical joint of body `{body}` has a range, friction or a motor, which a GPU does not compute: simulate on `Device::cpu()`, or without them (`Model::bare`)"
+    )]
+    SphericalElementUnavailable {
+        /// The body whose joint it is.
+        body: String,
     },
     /// Inertia of a freedom's own that no kernel computes.
     #[cfg(feature = "gpu")]

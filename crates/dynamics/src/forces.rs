@@ -18,6 +18,10 @@ pub struct Forces {
     /// [`Model::dof_count`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joint_inertia: Vec<f64>,
+    /// What of E is off its diagonal, between the three freedoms of spherical joints: E_xy, E_xz, E_yz in their
+    /// places. Empty for none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) joint_inertia_across: Vec<f64>,
     external: Vec<(BodyId, Wrench)>,
     /// What another gravity than the model's adds, body by body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -31,6 +35,7 @@ impl Forces {
         Self {
             joint: vec![0.0; model.dof_count()],
             joint_inertia: Vec::new(),
+            joint_inertia_across: Vec::new(),
             external: Vec::new(),
             weights: Vec::new(),
         }
@@ -51,6 +56,8 @@ impl Forces {
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.joint.clone_from(&other.joint);
         self.joint_inertia.clone_from(&other.joint_inertia);
+        self.joint_inertia_across
+            .clone_from(&other.joint_inertia_across);
         self.set_external(other);
     }
 
@@ -68,6 +75,39 @@ impl Forces {
     /// Inertia of a freedom's own [kg m^2 or kg].
     pub(crate) fn inertia(&self, dof: usize) -> f64 {
         self.joint_inertia.get(dof).copied().unwrap_or(0.0)
+    }
+
+    /// What of E is off its diagonal, in the place of a freedom.
+    pub(crate) fn inertia_across(&self, dof: usize) -> f64 {
+        self.joint_inertia_across.get(dof).copied().unwrap_or(0.0)
+    }
+
+    /// The entry of E of two freedoms of the joint whose first one is given.
+    pub(crate) fn inertia_between(&self, first: usize, dof: usize, other: usize) -> f64 {
+        if dof == other {
+            return self.inertia(dof);
+        }
+        self.inertia_across(dof + other - first - 1)
+    }
+
+    /// The entries of E, on both sides of its diagonal: row, column and value.
+    pub(crate) fn inertias<'a>(
+        &'a self,
+        model: &'a Model,
+    ) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
+        let own = self.joint_inertia.iter().enumerate();
+        let is_across = !self.joint_inertia_across.is_empty();
+        let balls = model.bodies().iter().map(Body::dof_range);
+        let balls = balls.filter(move |dofs| is_across && dofs.len() == 3);
+        let across = balls.flat_map(move |dofs| {
+            let first = dofs.start;
+            dofs.zip([(0, 1), (0, 2), (1, 2)])
+                .flat_map(move |(place, (k, l))| {
+                    let value = self.inertia_across(place);
+                    [(first + k, first + l, value), (first + l, first + k, value)]
+                })
+        });
+        own.map(|(dof, &value)| (dof, dof, value)).chain(across)
     }
 
     /// Lets another gravity than the model's act on one articulation of a forest, named by its root, the
@@ -152,6 +192,10 @@ impl Forces {
                     value: self.joint_inertia[dof],
                 }));
             }
+        }
+        if !self.joint_inertia_across.is_empty() {
+            let across = &self.joint_inertia_across;
+            check_dofs(model, "joint inertias", "joint inertia", across)?;
         }
         for (id, wrench) in self.acting() {
             let body = known(model, *id)?;

@@ -161,12 +161,18 @@ fn evaluate<T: Real>(
         worst.acceleration = worst_of(worst.acceleration, largest(row, scale));
         worst.by_body = worst_of(worst.by_body, largest(row, [greatest(scale); 6]));
         let shared = greatest(balance[i].1);
-        for dof in s.dofs(i) {
+        let dofs = s.dofs(i);
+        for dof in dofs.clone() {
             let column = s.subspace[dof];
             let tau = T::from_f64(forces.joint[dof] / scales.force[dof]);
-            let own = T::from_f64(forces.inertia(dof) * scales.inertia(dof)) * s.u[dof];
-            let row = column.dot(f[i]) - tau + own;
-            let scale = absolute(column).dot(absolute_force(f[i])) + tau.abs() + own.abs();
+            let mut row = column.dot(f[i]) - tau;
+            let mut scale = absolute(column).dot(absolute_force(f[i])) + tau.abs();
+            for other in dofs.clone() {
+                let own = forces.inertia_between(dofs.start, dof, other) * scales.inertia(dof);
+                let own = T::from_f64(own) * s.u[other];
+                row += own;
+                scale += own.abs();
+            }
             worst.joint_force = worst_of(worst.joint_force, ratio(row, scale));
             let scale = if shared > scale { shared } else { scale };
             worst.by_body = worst_of(worst.by_body, ratio(row, scale));

@@ -47,8 +47,8 @@ pub fn rnea<'w>(
         for (tau, (&u, &scale)) in tau.iter_mut().zip(s.u.iter().zip(&scales.force)) {
             *tau = Real::to_f64(u) * scale;
         }
-        for (tau, (&own, &qdd)) in tau.iter_mut().zip(forces.joint_inertia.iter().zip(qdd)) {
-            *tau += own * qdd;
+        for (row, column, own) in forces.inertias(model) {
+            tau[row] += own * qdd[column];
         }
     });
     finite_results(model, "joint force", &workspace.tau, state.time)?;

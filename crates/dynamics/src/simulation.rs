@@ -12,8 +12,8 @@ pub use poses::PendingPoses;
 
 use crate::{
     Achieved, BodyMotion, Choice, Device, Elements, Error, Forces, Integrator, Mechanics, Monitor,
-    Motor, Precision, Solver, SolverOptions, Stored, Work, Workspace, aba, body_poses,
-    forward_kinematics, joint_wrenches, mechanics,
+    Motor, Precision, Solver, SolverOptions, SphericalMotor, Stored, Work, Workspace, aba,
+    body_poses, forward_kinematics, joint_wrenches, mechanics,
 };
 use crate::{LoopForces, LoopViolation};
 use core::ops::Range;
@@ -64,7 +64,7 @@ impl Simulation {
     ///
     /// # Errors
     /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`; of models with closed loops also
-    /// `Error::JointUnavailable`, `Error::ElementUnavailable` and `Error::TooManyLoops`.
+    /// `Error::TooManyLoops`.
     pub fn on(device: &Device, model: Model) -> Result<Self, Error> {
         let (runs, choice) = Runs::on(device, &model)?;
         Ok(Self::from_parts(model, runs, choice))
@@ -274,8 +274,7 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; of the first motor on a GPU also
-    /// [`Error::ModelTooLarge`] and `Error::Gpu`, and of models with closed loops `Error::ElementUnavailable`. The motor
-    /// is then as it was.
+    /// [`Error::ModelTooLarge`] and `Error::Gpu`. The motor is then as it was.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
         match &mut self.runs {
             Runs::Host(host) => {
@@ -287,29 +286,69 @@ impl Simulation {
         }
     }
 
-    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far.
+    /// Sets the motor of a spherical joint, as [`set_motor`](Self::set_motor) does of others.
     ///
     /// # Errors
-    /// On a GPU, from which it is read back, `Error::Gpu`.
-    pub fn work(&mut self) -> Result<Work, Error> {
-        #[cfg(feature = "gpu")]
-        if let Runs::Gpu(remote) = &mut self.runs {
-            return remote.simulation.work();
+    /// As [`set_motor`](Self::set_motor)'s.
+    pub fn set_spherical_motor(
+        &mut self,
+        body: BodyId,
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        match &mut self.runs {
+            Runs::Host(host) => {
+                let new = || Elements::new(&self.model).into();
+                let elements = host.elements.get_or_insert_with(new);
+                elements.set_spherical_motor(body, motor)
+            }
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => remote.simulation.set_spherical_motor(body, motor),
         }
-        let elements = self.elements();
-        Ok(elements.map_or_else(Work::default, |elements| *elements.work()))
+    }
+
+    /// Work done by springs, dampers, friction, stops, motors and closed loops in the steps taken so far.
+    ///
+    /// # Errors
+    /// [`Error::Overflow`] if the sums overflowed. On a GPU, from which it is read back, `Error::Gpu`.
+    pub fn work(&mut self) -> Result<Work, Error> {
+        let work = match &mut self.runs {
+            Runs::Host(host) => host.work(),
+            #[cfg(feature = "gpu")]
+            Runs::Gpu(remote) => remote.simulation.work()?,
+        };
+        self.refuse_overflow("work of elements", work.total().is_finite())?;
+        Ok(work)
+    }
+
+    /// What acts in joints and loops has sums and no body of its own: the first one concerned is named.
+    fn refuse_overflow(&self, quantity: &'static str, is_finite: bool) -> Result<(), Error> {
+        if is_finite {
+            return Ok(());
+        }
+        let looped = self.model.loops().iter().flat_map(|closed| closed.bodies);
+        let body = (self.model.first_element())
+            .or_else(|| looped.flatten().next())
+            .unwrap_or(self.model.last_body());
+        Err(Error::Overflow {
+            quantity,
+            body: self.model.bodies()[body.index()].name.clone(),
+            time: self.time(),
+        })
     }
 
     /// Energy that springs and rotors hold.
     ///
     /// # Errors
-    /// On a GPU, from which the state is read back, `Error::Gpu`.
+    /// [`Error::Overflow`] if it overflows. On a GPU, from which the state is read back, `Error::Gpu`.
     pub fn stored(&mut self) -> Result<Stored, Error> {
         self.fetch_state()?;
-        match self.elements() {
-            Some(elements) => elements.stored(&self.state),
-            None => Ok(Stored::default()),
-        }
+        let stored = match self.elements() {
+            Some(elements) => elements.stored(&self.state)?,
+            None => Stored::default(),
+        };
+        let is_finite = stored.springs.is_finite() && stored.rotors.is_finite();
+        self.refuse_overflow("energy of springs and rotors", is_finite)?;
+        Ok(stored)
     }
 
     /// What acts in the joints; none where nothing does. What steps on a GPU make of it [`work`](Self::work) says.
@@ -432,7 +471,7 @@ impl Simulation {
         let mut host = Host::new(&self.model, solver);
         if let Runs::Gpu(remote) = &mut self.runs {
             // Brings what the device has summed up to the elements.
-            remote.simulation.work()?;
+            host.loop_work = remote.simulation.work()?.loops;
             if let Some(elements) = remote.simulation.elements() {
                 host.elements = Some(Box::new(elements.clone()));
             }
@@ -495,7 +534,12 @@ impl Simulation {
             #[cfg(feature = "gpu")]
             Runs::Gpu(remote) => remote.host(&self.model)?,
         };
-        host.loop_forces(&self.model, &self.state, &self.forces)
+        let found = host.loop_forces(&self.model, &self.state, &self.forces)?;
+        let of_loops =
+            (found.loops.iter()).all(|load| load.force.is_finite() && load.moment.is_finite());
+        let of_couplings = found.couplings.iter().all(|force| force.is_finite());
+        self.refuse_overflow("loops' forces", of_loops && of_couplings)?;
+        Ok(found)
     }
 
     /// Where a body is in the world.

@@ -394,6 +394,16 @@ impl Solver {
         Some(self.loops.as_mut()?.violation(model, state))
     }
 
+    /// Work of the loops' forces in a step of `h` \[s\] under those of the last solution, before its end is closed \[J\].
+    pub(crate) fn loop_work(&mut self, model: &Model, ends: [&State; 2], h: f64) -> f64 {
+        (self.loops.as_mut()).map_or(0.0, |loops| loops.work(model, ends, h))
+    }
+
+    /// Kinetic and potential energy \[J\], in f64, of a model with loops.
+    pub(crate) fn energy(&mut self, model: &Model, state: &State) -> f64 {
+        (self.loops.as_mut()).map_or(0.0, |loops| loops.energy(model, state))
+    }
+
     /// The forces of loops in the last solution.
     pub(crate) fn loop_forces(&mut self, model: &Model) -> LoopForces {
         match (&mut self.loops, self.memory.last()) {

@@ -5,6 +5,7 @@ use crate::correct::Corrections;
 use crate::derivatives::Tangents;
 use crate::link::{BodyFrame, Link, Scales};
 use crate::loops::{first_loop, refuse_looped};
+use crate::own::OwnInertia;
 use crate::substitute::Substitution;
 use crate::{Error, Forces, Precision};
 use glam::{DQuat, DVec3};
@@ -169,6 +170,8 @@ pub(crate) struct Sweeps<T: Number> {
     pub(crate) tau: Vec<T>,
     /// Inertia E that freedoms have of their own, one entry a degree of freedom.
     pub(crate) added: Vec<T>,
+    /// What of it is off the diagonal ([`OwnInertia`]).
+    pub(crate) across: Vec<T>,
     /// Whether any of it is not zero.
     pub(crate) adds: bool,
     /// u = tau - S' pA, then qdd; one entry a degree of freedom.
@@ -224,6 +227,7 @@ impl<T: Number> Sweeps<T> {
             above: vec![(Force::ZERO, T::ZERO); dofs],
             tau: vec![T::ZERO; dofs],
             added: vec![T::ZERO; dofs],
+            across: vec![T::ZERO; dofs],
             adds: false,
             u: vec![T::ZERO; dofs],
             d_inverse: vec![T::ZERO; n],
@@ -242,6 +246,7 @@ impl<T: Number> Sweeps<T> {
         if lane == 0 {
             if self.adds {
                 self.added.fill(T::ZERO);
+                self.across.fill(T::ZERO);
             }
             self.adds = false;
         }
@@ -249,6 +254,20 @@ impl<T: Number> Sweeps<T> {
         for (dof, (own, &given)) in self.added.iter_mut().zip(given).enumerate() {
             own.set_lane(lane, T::Scalar::from_f64(given * scales.inertia(dof)));
         }
+        let given = &forces.joint_inertia_across;
+        for (dof, (own, &given)) in self.across.iter_mut().zip(given).enumerate() {
+            own.set_lane(lane, T::Scalar::from_f64(given * scales.inertia(dof)));
+        }
+    }
+
+    /// The inertia of a body's joint's own.
+    #[inline]
+    pub(crate) fn own(&self, body: usize) -> OwnInertia<'_, T> {
+        let all = OwnInertia {
+            diagonal: &self.added,
+            across: &self.across,
+        };
+        all.of(self.dofs(body))
     }
 
     /// Degrees of freedom of a body's joint in arrays of that shape.

@@ -4,8 +4,8 @@
 
 use glam::DVec3;
 use vertebra_assembly::{
-    BodyId, Edited, Joint, MassProperties, Model, ModelDescription, ModelError, Random, State,
-    generate,
+    BodyId, Closure, Edited, Joint, MassProperties, Mimic, Model, ModelDescription, ModelError,
+    Random, State, generate,
 };
 use vertebra_dynamics::{Mechanics, Motor, Precision, Simulation, Workspace, forward_kinematics};
 use vertebra_spatial::Pose;
@@ -340,4 +340,88 @@ fn what_an_edit_leaves_without_mass_is_refused() {
     let mut edit = model.edit(&state).unwrap();
     edit.weld(model.find("core").unwrap()).unwrap();
     assert_eq!(edit.finish().unwrap().model.dof_count(), 2);
+}
+
+/// Two chains that fall apart are tied together, swing, and are let go of again.
+#[test]
+fn loops_are_closed_and_opened_while_bodies_move() {
+    let model = ModelDescription::new("two");
+    let rod = MassProperties::rod(1.0, 0.5, 0.02);
+    let below = Pose::from_translation(DVec3::new(0.0, 0.0, -0.5));
+    let hang = |joint: Joint| joint.on_child(below.inverse());
+    let aside = Pose::from_translation(DVec3::new(0.6, 0.0, 0.0));
+    let model = model
+        .body("a", None, hang(Joint::spherical()), rod)
+        .body("b", Some("a"), hang(Joint::revolute(DVec3::X)), rod)
+        .body("c", None, hang(Joint::spherical().at(aside)), rod)
+        .body("d", Some("c"), hang(Joint::revolute(DVec3::Y)), rod)
+        .build()
+        .unwrap();
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    let mut state = State::neutral(&model);
+    state.qd.copy_from_slice(&State::random(&model, 2).qd);
+    simulation.set_state(state).unwrap();
+    for _ in 0..50 {
+        simulation.step(1e-3).unwrap();
+    }
+    let id = |name: &str| model.find(name).unwrap();
+    let at = simulation.pose(id("b")).unwrap();
+    let state = simulation.state().unwrap().clone();
+    let mut edit = model.edit(&state).unwrap();
+    let ends = [Some(id("b")), Some(id("d"))];
+    edit.close_at("tether", ends, at, Closure::Ball).unwrap();
+    let refused = edit
+        .close_at("tether", ends, at, Closure::Ball)
+        .unwrap_err();
+    assert!(matches!(refused, ModelError::DuplicateName { name } if name == "tether"));
+    let same = edit.close("own", [Some(id("a")); 2], [at; 2], Closure::Weld);
+    assert!(matches!(same, Err(ModelError::SelfLoop { .. })));
+    edit.couple("gear", [id("d"), id("b")], 1.0, 0.0).unwrap();
+    let ball = edit
+        .couple("ball", [id("a"), id("b")], 1.0, 0.0)
+        .unwrap_err();
+    assert!(ball.to_string().contains("3 freedoms"), "{ball}");
+    edit.uncouple("gear").unwrap();
+    assert!(matches!(
+        edit.open("no knot"),
+        Err(ModelError::NoSuchLoop { .. })
+    ));
+    let tied = edit.finish().unwrap();
+    assert_eq!(tied.state, state);
+
+    let mut simulation = Simulation::new(tied.model.clone()).unwrap();
+    simulation.set_state(tied.state).unwrap();
+    let gap = |simulation: &mut Simulation| {
+        let [b, d] = ["b", "d"].map(|name| simulation.pose(id(name)).unwrap());
+        let held = simulation.model().loops()[0].placements;
+        (b.transform_point(held[0].translation) - d.transform_point(held[1].translation)).length()
+    };
+    assert!(gap(&mut simulation) <= 1e-14);
+    for _ in 0..200 {
+        simulation.step(1e-3).unwrap();
+        assert!(gap(&mut simulation) <= 1e-10);
+    }
+    let state = simulation.state().unwrap().clone();
+    let mut edit = tied.model.edit(&state).unwrap();
+    edit.open("tether").unwrap();
+    let free = edit.finish().unwrap();
+    assert_eq!(
+        (free.model.describe(), &free.state),
+        (model.describe(), &state)
+    );
+    // What mimics another joint does so no more.
+    let mut description = model.describe();
+    description.bodies[3].joint.mimic = Some(Mimic {
+        body: "b".to_owned(),
+        multiplier: 1.0,
+        offset: 0.0,
+    });
+    let following = description.build().unwrap();
+    let mut edit = following.edit(&state).unwrap();
+    edit.uncouple("d").unwrap();
+    assert!(matches!(
+        edit.uncouple("d"),
+        Err(ModelError::NoSuchLoop { .. })
+    ));
+    assert_eq!(edit.finish().unwrap().model.describe(), model.describe());
 }

@@ -2,14 +2,19 @@
 
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
+mod driven;
+
+use driven::{assert_alike, chain, moved};
 use glam::DVec3;
 use std::sync::OnceLock;
 use vertebra_assembly::generate::{self, RandomTree, Rod};
 use vertebra_assembly::{
     Closure, Joint, MassProperties, Model, ModelDescription, State, mechanism,
 };
-use vertebra_dynamics::gpu::{self, Options};
-use vertebra_dynamics::{Error, Forces, Integrator, Precision, Simulation, Solver, SolverOptions};
+use vertebra_dynamics::gpu::{self, Batch, BatchOptions, Options};
+use vertebra_dynamics::{
+    Algorithm, Error, Forces, Integrator, Precision, Simulation, Solver, SolverOptions,
+};
 use vertebra_gpu::{Device, tests_are_left_out};
 use vertebra_spatial::Pose;
 
@@ -286,34 +291,24 @@ fn largest(values: &[f64]) -> f64 {
 }
 
 /// Accelerations, as good as those of the tree.
-#[test]
-fn accelerations_are_those_of_the_cpu() {
-    let Some(device) = device() else { return };
-    for precisions in PRECISIONS {
-        for (model, state) in mechanisms() {
-            let mut forces = Forces::none(&model);
-            for (k, force) in forces.joint.iter_mut().enumerate() {
-                *force = (k as f64).sin();
-            }
-            let mut solver = Solver::new(&model, &SolverOptions::default()).unwrap();
-            let exact = solver.forward_dynamics(&model, &state, &forces).unwrap();
-            let mut simulation =
-                gpu::Simulation::on(&device, &model, &options(precisions)).unwrap();
-            simulation.set_state(&state).unwrap();
-            simulation.set_forces(&forces).unwrap();
-            let found = simulation.accelerations().unwrap();
-            let size = largest(exact);
-            let off = (found.iter().zip(exact)).map(|(a, b)| (a - b).abs());
-            let off = off.fold(0.0_f64, f64::max) / size;
-            let bound = bound(precisions);
-            assert!(off <= bound, "{} {precisions:?}: {off:e}", model.name());
-        }
+fn compare_accelerations(model: &Model, state: &State, simulation: &mut Simulation, bound: f64) {
+    let mut forces = Forces::none(model);
+    for (k, force) in forces.joint.iter_mut().enumerate() {
+        *force = (k as f64).sin();
     }
+    let mut solver = Solver::new(model, &SolverOptions::default()).unwrap();
+    let exact = solver.forward_dynamics(model, state, &forces).unwrap();
+    *simulation.forces_mut() = forces;
+    let found = simulation.accelerations().unwrap();
+    *simulation.forces_mut() = Forces::none(model);
+    let off = (found.iter().zip(exact)).map(|(a, b)| (a - b).abs());
+    let off = off.fold(0.0_f64, f64::max) / largest(exact);
+    assert!(off <= bound, "{}: {off:e} of {bound:e}", model.name());
 }
 
-/// Steps stay closed, and stay with the CPU's.
+/// Accelerations are the CPU's, and steps, which stay closed.
 #[test]
-fn steps_are_those_of_the_cpu() {
+fn mechanisms_move_as_on_the_cpu() {
     let Some(device) = device() else { return };
     for precisions in PRECISIONS {
         let left = match precisions.0 {
@@ -334,8 +329,14 @@ fn steps_are_those_of_the_cpu() {
                     ..options(precisions)
                 };
                 let mut remote = Simulation::on_gpu(&device, model.clone(), &options).unwrap();
+                let bound = bound(precisions);
                 for simulation in [&mut host, &mut remote] {
                     simulation.set_state(state.clone()).unwrap();
+                }
+                if integrator == Integrator::SemiImplicitEuler {
+                    compare_accelerations(&model, &state, &mut remote, bound);
+                }
+                for simulation in [&mut host, &mut remote] {
                     simulation.steps(1e-3, 20).unwrap();
                 }
                 let violation = remote.loop_violation().unwrap().unwrap();
@@ -346,7 +347,6 @@ fn steps_are_those_of_the_cpu() {
                     (a.iter().zip(b)).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()))
                 };
                 let (q, qd) = (off(&a.q, &b.q), off(&a.qd, &b.qd) / speed);
-                let bound = bound(precisions);
                 assert!(
                     q <= bound * speed && qd <= bound,
                     "{} {precisions:?} {integrator:?}: q {q:e}, qd {qd:e}",
@@ -355,6 +355,150 @@ fn steps_are_those_of_the_cpu() {
             }
         }
     }
+}
+
+/// A chain with everything that acts in joints, which are also held by closures, gears and a hook in the world.
+fn loaded() -> (Model, State) {
+    let open = chain(24, 3);
+    let mut simulation = Simulation::new(open.clone()).unwrap();
+    let mut state = State::neutral(&open);
+    let poses = simulation.poses().unwrap().to_vec();
+    let axis = DVec3::new(0.3, -1.0, 0.4).normalize();
+    let mut description = open.describe();
+    for (name, [one, other], closure) in [
+        ("sleeve", [5, 11], Closure::Cylindrical { axis }),
+        (
+            "cardan",
+            [8, 15],
+            Closure::Universal {
+                first: axis,
+                second: axis.any_orthonormal_vector(),
+            },
+        ),
+        ("wire", [12, 18], Closure::Ball),
+    ] {
+        let pair = [one, other].map(|body| open.bodies()[body].name.clone());
+        description = description.close(
+            name,
+            [Some(&pair[0]), Some(&pair[1])],
+            [poses[one].inverse() * poses[other], Pose::IDENTITY],
+            closure,
+        );
+    }
+    let model = description
+        .close(
+            "hook",
+            [None, Some("body-20")],
+            [
+                Pose::from_translation(poses[20].translation),
+                Pose::IDENTITY,
+            ],
+            Closure::Ball,
+        )
+        .couple("gear", "body-21", "body-23", -0.5, 0.0)
+        .build()
+        .unwrap();
+    state.qd.copy_from_slice(&State::random(&model, 3).qd);
+    closed(model, state)
+}
+
+/// Springs, dampers, friction, rotors, stops and motors act between loops as on the CPU.
+#[test]
+fn elements_act_between_loops() {
+    let Some(device) = device() else { return };
+    let (model, state) = loaded();
+    let expected = moved(Simulation::new(model.clone()).unwrap(), &state, 1e-3, 20);
+    let work = expected.1;
+    for work in [
+        work.motors,
+        work.springs,
+        work.dampers,
+        work.friction,
+        work.stops,
+    ] {
+        assert!(work != 0.0, "{:?}", expected.1);
+    }
+    let gpu = Simulation::on_gpu(&device, model, &options(PRECISIONS[2])).unwrap();
+    let found = moved(gpu, &state, 1e-3, 20);
+    // Stops are met to the square root of what solutions are known to.
+    assert_alike(&found, &expected, 1e-6, "between loops");
+}
+
+/// And inertia of freedoms' own, in accelerations.
+#[test]
+fn freedoms_between_loops_have_inertia_of_their_own() {
+    let Some(device) = device() else { return };
+    let (model, state) = loaded();
+    let mut forces = Forces::none(&model);
+    forces.joint_inertia = (0..model.dof_count()).map(|dof| (dof % 3) as f64).collect();
+    let (bare, options) = (model.bare(), options(PRECISIONS[2]));
+    let run = |mut simulation: Simulation| {
+        simulation.set_state(state.clone()).unwrap();
+        *simulation.forces_mut() = forces.clone();
+        simulation.accelerations().unwrap()
+    };
+    let exact = run(Simulation::new(bare.clone()).unwrap());
+    let found = run(Simulation::on_gpu(&device, bare, &options).unwrap());
+    let off = (found.iter().zip(&exact)).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+    let bound = bound(PRECISIONS[2]) * largest(&exact);
+    assert!(off <= bound, "{off:e} of {bound:e}");
+}
+
+/// Items of a batch are each a mechanism of its own; one that is open is named.
+#[test]
+fn batches_keep_loops_closed() {
+    let Some(device) = device() else { return };
+    let (model, state) = mechanism::bennett().unwrap();
+    let mut states = vec![state; 5];
+    for (item, state) in states.iter_mut().enumerate() {
+        state.qd.iter_mut().for_each(|rate| *rate *= item as f64);
+    }
+    let options = BatchOptions {
+        precision: Precision::F64,
+        ..BatchOptions::default()
+    };
+    let mut batch = Batch::new(&device, &model, states.len(), &options).unwrap();
+    assert_eq!(batch.choice().algorithm, Algorithm::Dca);
+    batch.set_states(&states).unwrap();
+    let solved = batch.solve().unwrap();
+    batch.steps(1e-3, 20).unwrap();
+    let dofs = model.dof_count();
+    for (item, found) in batch.states().unwrap().iter().enumerate() {
+        let mut alone = Simulation::new(model.clone()).unwrap();
+        alone.set_state(states[item].clone()).unwrap();
+        let qdd = alone.accelerations().unwrap();
+        for (a, b) in solved[item * dofs..].iter().zip(&qdd) {
+            assert!(
+                (a - b).abs() <= 1e-11 * largest(&qdd),
+                "{item}: {a} and {b}"
+            );
+        }
+        alone.steps(1e-3, 20).unwrap();
+        let rates = &alone.state().unwrap().qd;
+        for (a, b) in found.qd.iter().zip(rates) {
+            assert!(
+                (a - b).abs() <= 1e-11 * largest(rates).max(1.0),
+                "{item}: {a} and {b}"
+            );
+        }
+    }
+    states[3].q[1] += 0.3;
+    batch.set_states(&states).unwrap();
+    let error = batch.step(1e-3).unwrap_err();
+    assert!(
+        matches!(&error, Error::Item { item: 3, source, .. }
+            if matches!(&**source, Error::LoopOpen { name, .. } if *name == model.loops()[0].name)),
+        "{error}"
+    );
+    let options = BatchOptions {
+        algorithm: Some(Algorithm::Aba),
+        ..options
+    };
+    let refused = Batch::new(&device, &model, 5, &options).err();
+    assert!(
+        matches!(refused, Some(Error::LoopsUnavailable { .. })),
+        "{refused:?}"
+    );
 }
 
 /// The error of the first of some steps, after which the state is as it was.

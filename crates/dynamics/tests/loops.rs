@@ -3,7 +3,6 @@
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
 use core::f64::consts::PI;
-use core::slice::from_ref;
 use glam::{DQuat, DVec3};
 use vertebra_assembly::{
     Closure, Joint, JointKind, MassProperties, Mimic, Model, ModelDescription, State, generate,
@@ -545,12 +544,10 @@ fn loops_are_not_left_open_silently() {
     let options = DcaOptions::default();
     let mut workspace = Workspace::new(&model, Precision::F64);
     let mut divided = DcaWorkspace::new(&model, &options).unwrap();
-    let mut batch = Batch::new(&model, Precision::F64);
     let refusals = [
         aba(&model, &state, &forces, &mut workspace).unwrap_err(),
         dca(&model, &state, &forces, &mut divided).unwrap_err(),
         crba_forward_dynamics(&model, &state, &forces, &mut workspace).unwrap_err(),
-        aba_batch(&model, from_ref(&state), from_ref(&forces), &mut batch).unwrap_err(),
     ];
     for error in refusals {
         assert!(matches!(error, Error::LoopsUnavailable { .. }), "{error}");
@@ -566,6 +563,46 @@ fn loops_are_not_left_open_silently() {
     // The tree falls freely, the linkage does not.
     let (held, _) = accelerations(&model, &state, &SolverOptions::default());
     assert!(off(&held, &tree) > 0.1);
+}
+
+/// A batch solves items of a model with loops as each alone, on any number of threads; what fails fails alone.
+#[test]
+fn batches_keep_loops_closed() {
+    let (model, state) = mechanism::jansen_leg().unwrap();
+    let mut states = vec![state; 9];
+    for (item, state) in states.iter_mut().enumerate() {
+        state.qd.iter_mut().for_each(|rate| *rate *= item as f64);
+    }
+    states[4].q[1] = f64::NAN;
+    let mut forces = vec![Forces::none(&model); states.len()];
+    forces[2].joint[0] = 3.0;
+    for precision in [Precision::F32, Precision::F64] {
+        let options = SolverOptions {
+            algorithm: Some(Algorithm::Aba),
+            precision,
+            ..SolverOptions::default()
+        };
+        let mut solver = Solver::new(&model, &options).unwrap();
+        for threads in [1, 0] {
+            let mut batch = Batch::with_threads(&model, precision, threads);
+            let failed = aba_batch(&model, &states, &forces, &mut batch).unwrap_err();
+            assert!(
+                matches!(
+                    failed,
+                    Error::Item {
+                        item: 4,
+                        failed: 1,
+                        ..
+                    }
+                ),
+                "{failed}"
+            );
+            for item in (0..states.len()).filter(|&item| item != 4) {
+                let alone = solver.forward_dynamics(&model, &states[item], &forces[item]);
+                assert_eq!(batch.joint_accelerations(item).unwrap(), alone.unwrap());
+            }
+        }
+    }
 }
 
 /// A step does not throw bodies across the room.

@@ -4,7 +4,7 @@ use std::path::Path;
 use thiserror::Error;
 #[cfg(any(feature = "mjcf", feature = "sdf"))]
 use vertebra_assembly::xml::{XmlError, XmlProblem};
-use vertebra_assembly::{Location, ModelError, SolidError};
+use vertebra_assembly::{Ignored, Location, ModelError, SolidError};
 
 /// Why a file was refused: where, and what is wrong there.
 #[derive(Debug, Error)]
@@ -146,6 +146,14 @@ pub enum Problem {
     /// The model cannot be: see the inner error.
     #[error(transparent)]
     Model(ModelError),
+    /// The same, where an element that nothing reads may be the cause.
+    #[error("{error}; {slip}")]
+    ModelAfterSlip {
+        /// What is wrong with the model.
+        error: ModelError,
+        /// The element, whose name is nearly spelt like one that is read.
+        slip: Box<Ignored>,
+    },
 }
 
 impl FileError {

@@ -4,7 +4,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 use vertebra_assembly::{JointKind, State};
-use vertebra_dynamics::{Precision, Workspace, forward_kinematics};
+use vertebra_dynamics::{Precision, Simulation, Workspace, forward_kinematics};
 use vertebra_files::FileError;
 use vertebra_files::bvh::{self, Capture, Options};
 
@@ -109,6 +109,34 @@ fn between_frames_rates_are_those_of_the_positions() {
     let over = motion.state(&model, 99.0).unwrap();
     assert_eq!(over.q, motion.frame(24).unwrap());
     assert!(over.qd.iter().all(|&rate| rate == 0.0));
+}
+
+/// Stiff motors move every joint as it was captured, whatever the hips do.
+#[test]
+fn motors_follow_the_motion() {
+    let Capture { model, motion, .. } = walk();
+    let mut wanted = motion.state(&model, 0.0).unwrap();
+    let mut simulation = Simulation::new(model.clone()).unwrap();
+    simulation.set_state(wanted.clone()).unwrap();
+    let driven = bvh::motors(&model, &wanted, |_| [1.0, 1.0]).count();
+    assert_eq!(driven, model.bodies().len() - 1);
+    let step = 1e-3;
+    for _ in 0..400 {
+        // Steps are implicit: they meet the targets at their ends.
+        let end = simulation.time() + step;
+        motion.interpolate(&model, end, &mut wanted).unwrap();
+        for (body, motor) in bvh::motors(&model, &wanted, |_| [1e5, 1e4]) {
+            simulation.set_spherical_motor(body, motor).unwrap();
+        }
+        simulation.step(step).unwrap();
+        let found = &simulation.state().unwrap().q;
+        for body in model.bodies().iter().skip(1) {
+            let range = body.position_range();
+            let [found, wanted] = [found, &wanted.q].map(|q| DQuat::from_slice(&q[range.clone()]));
+            let off = found.angle_between(wanted);
+            assert!(off <= 5e-3, "{}: {off}", body.name);
+        }
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
 use std::sync::Arc;
 use vertebra_assembly::xml::XmlProblem;
-use vertebra_assembly::{Closure, JointKind, Model, State};
+use vertebra_assembly::{BallRange, Closure, JointKind, Model, State};
 use vertebra_dynamics::{
     Elements, Forces, Motor, Precision, Simulation, Workspace, aba, forward_kinematics,
 };
@@ -467,6 +467,13 @@ fn mistakes_are_named_with_line_and_element() {
     refused(&geom("type='mesh' mesh='m'"), 5, "names the mesh `m`");
     refused(&geom("size='1' class='c'"), 5, "names the class `c`");
     refused(&with(joint), 4, "moves no inertia");
+    let slip = with(&format!("{joint}<gem size='1'/>"));
+    refused(&slip, 4, "moves no inertia");
+    refused(
+        &slip,
+        4,
+        "line 4: <gem> of body `b` has no effect: is <geom> meant?",
+    );
     refused(&with("<joint axis='0 0 0'/>"), 4, "states no rotation");
     refused(
         &with("<joint type='cog'/>"),
@@ -565,4 +572,23 @@ fn what_has_no_effect_is_listed() {
             "line 5: <sensor> of <mujoco> has no effect",
         ]
     );
+}
+
+/// A ball joint's range is the largest turn about any axis; one of half a turn is none.
+#[test]
+fn ranges_of_ball_joints_are_turns() {
+    let ball = |attributes: &str| {
+        let joint = format!("<joint type='ball' {attributes}/><geom size='1'/>");
+        let robot = parse(&with(&joint)).unwrap();
+        let joint = robot.model.bodies()[0].joint.clone();
+        (joint.limits.and_then(|limits| limits.orientation), joint)
+    };
+    let (range, joint) = ball("range='0 60' frictionloss='0.2'");
+    assert_eq!(joint.friction, 0.2);
+    let Some(BallRange::Turn { angle }) = range else {
+        unreachable!("{range:?}")
+    };
+    assert!((angle - core::f64::consts::FRAC_PI_3).abs() <= 1e-15);
+    assert_eq!(ball("range='0 180'").0, None);
+    assert_eq!(ball("range='0 60' limited='false'").0, None);
 }

@@ -13,8 +13,8 @@ pub use glam;
 #[cfg(feature = "urdf")]
 pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
-    self as assembly, Body, BodyDescription, BodyId, BodyShape, BuildError, Builder, Built,
-    Centerline, Closure, Compound, Coupling, CouplingDescription, Edit, Edited, Frame,
+    self as assembly, BallRange, Body, BodyDescription, BodyId, BodyShape, BuildError, Builder,
+    Built, Centerline, Closure, Compound, Coupling, CouplingDescription, Edit, Edited, Frame,
     FrameDescription, Joint, JointKind, JointLimits, Loop, LoopDescription, MassProperties, Mimic,
     Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring, State, Stop, Units,
     generate, mechanism, schedule,
@@ -28,10 +28,11 @@ pub use vertebra_dynamics::{
     self as dynamics, Achieved, Algorithm, Batch, BodyForce, BodyMotion, BodyPoint, Centroidal,
     Check, Choice, DcaOptions, DcaWorkspace, Derivatives, Device, Elements, Error, Forces,
     Integrator, LoopForces, LoopViolation, Mechanics, Monitor, Motor, PendingPoses, Precision,
-    Refinement, Residual, Simulation, Solved, Solver, SolverOptions, Stored, Work, Workspace,
-    Wrench, aba, aba_batch, aba_derivatives, body_poses, centroidal, check_accelerations, crba,
-    crba_forward_dynamics, dca, forward_error, forward_kinematics, inverse_operational_inertia,
-    joint_wrenches, mechanics, operational_inertia, refine, residual, rnea, rnea_derivatives,
+    Refinement, Residual, Simulation, Solved, Solver, SolverOptions, SphericalMotor, Stored, Work,
+    Workspace, Wrench, aba, aba_batch, aba_derivatives, body_poses, centroidal,
+    check_accelerations, crba, crba_forward_dynamics, dca, forward_error, forward_kinematics,
+    inverse_operational_inertia, joint_wrenches, mechanics, operational_inertia, refine, residual,
+    rnea, rnea_derivatives,
 };
 #[cfg(feature = "files")]
 pub use vertebra_files as files;
@@ -55,6 +56,11 @@ struct Guide;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/loops.md")]
 struct Loops;
+
+/// The example of the guide to what acts in joints, compiled and run with the documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/joints.md")]
+struct Joints;
 
 #[cfg(test)]
 mod tests {

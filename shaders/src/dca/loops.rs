@@ -90,9 +90,9 @@ const PARTS: &[&str] = &[
     include_str!("../../wgsl/dca/memory.wgsl"),
     include_str!("../../wgsl/dca/place.wgsl"),
     include_str!("../../wgsl/dca/poses_none.wgsl"),
-    include_str!("../../wgsl/dca/pitch_none.wgsl"),
+    include_str!("../../wgsl/dca/forces.wgsl"),
+    include_str!("../../wgsl/dca/copy.wgsl"),
     include_str!("../../wgsl/dca/advance.wgsl"),
-    include_str!("../../wgsl/dca/settle_none.wgsl"),
     part!("bindings"),
 ];
 
@@ -133,11 +133,18 @@ impl Dca {
             ("CHIP", numbers),
         ];
         let counts = counts.map(|(name, count)| format!("const {name} = {count}u;\n"));
-        let parts = parts.into_iter().chain([epsilon, constants, memory]);
-        parts
+        let elements = if self.elements {
+            part!("elements")
+        } else {
+            part!("elements_none")
+        };
+        let parts = parts
+            .into_iter()
+            .chain([epsilon, constants, memory, elements]);
+        let kernel = parts
             .fold(self.looped("close_loops"), Kernel::with)
-            .with_text(counts.concat())
-            .workgroup_memory_of((numbers + rows + LANES) * self.chunks.bytes() + 4)
+            .with_text(counts.concat());
+        self.sharing(kernel, (numbers + rows + LANES) * self.chunks.bytes() + 4)
     }
 
     /// The integrator on its own, a lane a body.
@@ -159,6 +166,13 @@ impl Dca {
 
     fn looped(self, name: &'static str) -> Kernel {
         let kernel = Kernel::new(name, PARTS, BINDINGS, [LANES, 1, 1]);
+        let kernel = self.sharing(kernel, 0);
+        let kernel = kernel.with(self.attempts()).with(self.pitch());
+        let kernel = if self.elements {
+            self.with_elements(kernel)
+        } else {
+            kernel.with(include_str!("../../wgsl/dca/settle_none.wgsl"))
+        };
         self.precise(kernel, self.chunks)
             .stride("forces", self.chunks.bytes())
             .stride("loops", self.chunks.bytes())

@@ -15,12 +15,6 @@ struct Interior {
     carried: vec2<real>,
 }
 
-fn joint_force(at: u32) -> real { return real(forces[JOINT_FORCES + at]); }
-
-fn joint_forces3(at: u32) -> vec3<real> {
-    return vec3<real>(joint_force(at), joint_force(at + 1u), joint_force(at + 2u));
-}
-
 // What pushes a body, about its handle point: a force f and a moment in world axes, the sum of f a' of
 // forces f in world axes at points a in joint axes, and a force and a moment in joint axes.
 fn pushed(slot: u32, axes: mat3x3<real>) -> Force {

@@ -4,7 +4,6 @@
 // rows of G^-1 [Phi21 of the inboard part, Phi12 of the outboard one, the difference of b], sixteen numbers
 // each. What acts in it is the force between its parts.
 
-@group(0) @binding(8) var<storage, read> forces: array<chunk_real>;
 @group(0) @binding(9) var<storage, read_write> nodes: array<vec4<tree_real>>;
 
 const NODE_SIZE = 23u;
@@ -21,10 +20,6 @@ fn joined_at(join: u32) -> u32 {
 }
 
 fn acting_at(join: u32) -> u32 { return joined_at(sizes.joins) + ACTING_SIZE * join; }
-
-// Starts of the arrays in `forces`: -g, the step in time, joint forces, what elements are given, pushes.
-const STEP_SIZE = 3u;
-const JOINT_FORCES = 4u;
 
 fn tree_put(at: u32, x: real, y: real, z: real, w: real) {
     nodes[at] = vec4<tree_real>(vec4<real>(x, y, z, w));

@@ -9,3 +9,6 @@ const PITCH_ROW: u32 = 8u;
 fn pitch_of(slot: u32) -> real {
     return vec4<real>(links[PITCH_ROW * sizes.slots + slot]).w;
 }
+
+// The freedom of a joint about z.
+fn turning_axis(slot: u32, z: vec3<real>) -> Motion { return Motion(z, z * pitch_of(slot)); }

@@ -1,7 +1,5 @@
-// What joints about z are if some of them are screws: of a pitch p the freedom is s = (z, p z), and the motion
-// across it (-p z, z).
-
-fn turning_axis(slot: u32, z: vec3<real>) -> Motion { return Motion(z, z * pitch_of(slot)); }
+// What joints about z are if some of them are screws: the motion across the freedom s = (z, p z) of pitch p is
+// (-p z, z).
 
 fn turning_floor(slot: u32, floor: vec2<real>) -> real {
     let pitch = pitch_of(slot);

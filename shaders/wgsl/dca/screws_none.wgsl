@@ -1,7 +1,5 @@
 // What joints about z are where none is a screw.
 
-fn turning_axis(slot: u32, z: vec3<real>) -> Motion { return Motion(z, zero3()); }
-
 fn turning_floor(slot: u32, floor: vec2<real>) -> real { return floor.x; }
 
 fn seen_along(pitch: real, f: Force) -> Force { return f; }

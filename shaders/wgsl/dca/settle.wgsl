@@ -22,17 +22,31 @@ fn put_works(v: u32, works: Works) {
 
 fn is_single(kind: u32) -> bool { return kind == REVOLUTE || kind == PRISMATIC || kind == SCREW; }
 
-// After a step that is implicit in the elements, from the rates `before` to `rates`.
-fn settle(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Motion, qdd: Motion) {
+// Work of a step that is implicit in the elements, from the rates `before` to `rates`.
+fn work(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Motion) {
     let v = dof_of(slot);
     let h = step_ahead();
     if is_single(kind) {
         let e = elements_of(slot, v);
         let now = Moment(begun.position, begun.rate, h);
-        let laws = laws_of(e, now);
+        let parts = parts_in(fetch(last_row(v)));
+        put_works(v, works_of_step(e, laws_of(e, now), parts, now, rates.angular.x));
+    } else if kind == SPHERICAL {
+        let ball = ball_of(slot);
+        let off = ball_off(ball, state4(position_of(slot)));
+        put_works(v, ball_works_of_step(ball, off, before.angular, rates.angular, h));
+    }
+}
+
+// After such a step.
+fn settle(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Motion, qdd: Motion) {
+    work(slot, kind, begun, before, rates);
+    if is_single(kind) {
+        let v = dof_of(slot);
+        let h = step_ahead();
+        let laws = laws_of(elements_of(slot, v), Moment(begun.position, begun.rate, h));
         let row = fetch(last_row(v));
         let parts = parts_in(row);
-        put_works(v, works_of_step(e, laws, parts, now, rates.angular.x));
         let tolerance = rate_tolerance(begun.rate, h * qdd.angular.x);
         let next = parts_followed(laws, parts, rates.angular.x, tolerance);
         // What has not settled in the last attempt is taken as it is.
@@ -40,10 +54,6 @@ fn settle(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Motion, qdd
             put(last_row(v), vec4<real>(row.xy, real(next), row.w));
             control[LAST_ASKED] = layer.attempt;
         }
-    } else if kind == SPHERICAL {
-        let ball = ball_of(slot);
-        let off = ball_off(ball, state4(position_of(slot)));
-        put_works(v, ball_works_of_step(ball, off, before.angular, rates.angular, h));
     }
 }
 

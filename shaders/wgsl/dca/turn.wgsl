@@ -25,7 +25,7 @@ fn turn_chunk(chunk: u32) {
     let slots = slots_of(chunk);
     if layer.stage == RESTORE {
         for (var place = 0u; place < slots.length; place++) {
-            copy_joint(spot_of(slot_at(slots, place)));
+            copy_joint(spot_of(slot_at(slots, place)), false);
         }
     }
     var across = no_turn();
@@ -59,33 +59,6 @@ fn commit_joint(given: Given) {
         state[given.spot.q] = chunk_real(given.position);
         state[sizes.positions + given.spot.v] = chunk_real(given.rate);
     } else {
-        copy_joint(given.spot);
-    }
-}
-
-fn copy_joint(spot: Spot) {
-    var positions = 0u;
-    var rates = 0u;
-    switch kind_of(spot.flags) {
-        case REVOLUTE, PRISMATIC, SCREW: { positions = 1u; rates = 1u; }
-        case SPHERICAL: { positions = 4u; rates = 3u; }
-        case FREE: { positions = 7u; rates = 6u; }
-        default: {}
-    }
-    let q = spot.q;
-    for (var i = 0u; i < positions; i++) {
-        copy_number(q + i, work_q() + q + i);
-    }
-    let v = spot.v;
-    for (var i = 0u; i < rates; i++) {
-        copy_number(sizes.positions + v + i, work_qd() + v + i);
-    }
-}
-
-fn copy_number(start: u32, work: u32) {
-    if layer.stage == COMMIT {
-        state[start] = state[work];
-    } else {
-        state[work] = state[start];
+        copy_joint(given.spot, true);
     }
 }

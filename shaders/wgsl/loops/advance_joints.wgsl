@@ -9,7 +9,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let slot = (id.y * groups.x + id.x) * LANES + lane;
-    if slot >= layer.count || control[HALTED] != 0u {
+    if slot >= layer.count || control[HALTED] != 0u || !is_needed() {
         return;
     }
     let spot = spot_of(slot);

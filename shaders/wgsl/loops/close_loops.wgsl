@@ -134,6 +134,18 @@ fn freedoms_have(g: Group, lane: u32, start: u32, is_solved: bool) -> real {
 // What rounding may leave of positions.
 fn rounding_of(g: Group) -> real { return 8.0 * EPSILON * real(f32(4u + g.most)); }
 
+// Takes back what an attempt before has made of the state that is worked on.
+fn begin_again(g: Group, lane: u32) {
+    let passes = passes_for(g.bodies);
+    for (var pass_ = 0u; pass_ < passes; pass_++) {
+        let body = pass_ * LANES + lane;
+        if body < g.bodies {
+            copy_joint(member_at(g, body).spot, false);
+        }
+    }
+    storageBarrier();
+}
+
 fn apply(g: Group, lane: u32, mode: u32, part: real) {
     let passes = passes_for(g.bodies);
     for (var pass_ = 0u; pass_ < passes; pass_++) {
@@ -156,7 +168,7 @@ fn main(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = id.y * groups.x + id.x;
-    if index >= layer.count {
+    if index >= layer.count || !is_group_needed(lane) {
         return;
     }
     if lane == 0u {
@@ -167,6 +179,9 @@ fn main(
     }
     let g = group_at(words[layer.starts + index]);
     fetch_numbers(g, lane);
+    if !is_first_attempt() {
+        begin_again(g, lane);
+    }
     let own_slot = words[g.bodies_at];
     var mode = layer.ways;
     var last = INFINITE;
@@ -250,6 +265,9 @@ fn main(
         iteration += 1u;
     }
     keep_numbers(g, lane);
+    if layer.ways == POSITIONS {
+        account(g, lane);
+    }
     let start = select(work_qd(), accelerations_at(), layer.ways == ACCELERATIONS);
     let most = largest_of(lane, freedoms_have(g, lane, start, false));
     if lane == 0u {

@@ -176,12 +176,12 @@ fn evaluate_row(g: Group, r: u32) {
             f = force_shifted_back(found.wrench, b.arm);
         }
         let body = words[c.chains + i];
-        let kind = kind_of(member_at(g, body).spot.flags);
+        let spot = member_at(g, body).spot;
         let p = place_of(g, body);
         let axes = quaternion_matrix(p.rotation);
-        let freedoms = freedoms_of(kind);
+        let freedoms = freedoms_of(kind_of(spot.flags));
         for (var k = 0u; k < freedoms; k++) {
-            put_number(entry + k, motion_dot(freedom_along(kind, k, axes), f));
+            put_number(entry + k, motion_dot(freedom_along(spot, k, axes), f));
         }
         entry += freedoms;
         f = force_shifted_back(f, p.offset);

@@ -45,9 +45,9 @@ fn let_member_go(g: Group, body: u32) {
     }
     let freedoms = freedoms_of(kind);
     for (var k = 0u; k < freedoms; k++) {
-        let s = freedom_along(kind, k, axes);
+        let s = freedom_along(member.spot, k, axes);
         let column = inertia_mul(inertia, s);
-        let d: real = motion_dot(s, column);
+        let d: real = motion_dot(s, column) + own_inertia(member.spot, k);
         let is_positive: bool = d > 0.0 && is_finite(d);
         let d_inverse: real = select(
             real(0.0),
@@ -62,10 +62,11 @@ fn let_member_go(g: Group, body: u32) {
         put_six(to, column.angular, column.linear);
         put_number(to + D_INVERSE, d_inverse);
     }
-    // What is left is known to be zero.
-    if kind == FREE {
+    // What is left is known to be zero, unless the freedoms have inertia of their own.
+    let lets_all_go = !has_own_inertia(member.spot);
+    if lets_all_go && kind == FREE {
         inertia = inertia_zero();
-    } else if kind == SPHERICAL {
+    } else if lets_all_go && kind == SPHERICAL {
         inertia = Inertia(sym_zero(), mat3x3<real>(zero3(), zero3(), zero3()), inertia.linear);
     }
     put_handed(at + HANDED, inertia_shifted_back(inertia, p.offset));
@@ -104,7 +105,7 @@ fn passed_on(
     var drive = force_zero();
     let freedoms = freedoms_of(kind);
     for (var k = 0u; k < freedoms; k++) {
-        let s = freedom_along(kind, k, axes);
+        let s = freedom_along(member.spot, k, axes);
         let own = freedom_memory(g, member.dof + k);
         let d_inverse = number(own + D_INVERSE);
         let given = number(tau + stride * k);
@@ -114,9 +115,10 @@ fn passed_on(
         put_number(onto + stride * k, select(u, u * sqrt(d_inverse), is_whitened));
     }
     // As the inertia, so the force: nothing but what drives the joint is held.
-    if kind == FREE {
+    let lets_all_go = !has_own_inertia(member.spot);
+    if lets_all_go && kind == FREE {
         f = drive;
-    } else if kind == SPHERICAL {
+    } else if lets_all_go && kind == SPHERICAL {
         f.angular = drive.angular;
     }
     return force_shifted_back(f, three(at + 4u));

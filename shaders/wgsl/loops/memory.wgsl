@@ -191,7 +191,7 @@ fn put_six(at: u32, angular: vec3<real>, linear: vec3<real>) {
 
 fn freedoms_of(kind: u32) -> u32 {
     switch kind {
-        case REVOLUTE, PRISMATIC: { return 1u; }
+        case REVOLUTE, PRISMATIC, SCREW: { return 1u; }
         case SPHERICAL: { return 3u; }
         case FREE: { return 6u; }
         default: { return 0u; }
@@ -199,9 +199,10 @@ fn freedoms_of(kind: u32) -> u32 {
 }
 
 // A column of S: joints of several freedoms are let go along the child's axes one after the other.
-fn freedom_along(kind: u32, k: u32, axes: mat3x3<real>) -> Motion {
-    if kind == REVOLUTE {
-        return Motion(axes[2], zero3());
+fn freedom_along(spot: Spot, k: u32, axes: mat3x3<real>) -> Motion {
+    let kind = kind_of(spot.flags);
+    if kind == REVOLUTE || kind == SCREW {
+        return turning_axis(spot.slot, axes[2]);
     }
     if kind == PRISMATIC {
         return Motion(zero3(), axes[2]);

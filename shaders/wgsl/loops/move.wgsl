@@ -19,7 +19,7 @@ fn move_member(g: Group, body: u32, part: real) {
     let at = freedom_memory(g, member.dof) + SOLVED;
     let angular = vec3<real>(number(at), number(at + FREEDOM), number(at + 2u * FREEDOM)) * part;
     switch kind {
-        case REVOLUTE, PRISMATIC: {
+        case REVOLUTE, PRISMATIC, SCREW: {
             state[q] = chunk_real(real(state[q]) + angular.x);
         }
         case SPHERICAL: { put_state4(q, quaternion_integrated(state4(q), angular)); }

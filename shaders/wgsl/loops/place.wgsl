@@ -59,7 +59,7 @@ fn place_member(g: Group, body: u32) {
     var a = velocity_product(kind, parent.spin, offset, velocity);
     let freedoms = freedoms_of(kind);
     for (var k = 0u; k < freedoms; k++) {
-        let s = freedom_along(kind, k, axes);
+        let s = freedom_along(spot, k, axes);
         let qdd: real = real(state[accelerations_at() + spot.v + k]);
         a = Motion(a.angular + s.angular * qdd, a.linear + s.linear * qdd);
     }

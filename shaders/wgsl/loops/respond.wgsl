@@ -87,7 +87,6 @@ fn rise(g: Group, body: u32) {
 
 fn fall(g: Group, body: u32) {
     let member = member_at(g, body);
-    let kind = kind_of(member.spot.flags);
     let at = body_memory(g, body);
     let axes = quaternion_matrix(vec4<real>(three(at + FACTORED), number(at + FACTORED + 3u)));
     var a = motion_zero();
@@ -95,10 +94,10 @@ fn fall(g: Group, body: u32) {
         let given = six(body_memory(g, member.parent) + RESPONSE);
         a = motion_shifted(Motion(given.angular, given.linear), three(at + FACTORED + 4u));
     }
-    let freedoms = freedoms_of(kind);
+    let freedoms = freedoms_of(kind_of(member.spot.flags));
     for (var i = 0u; i < freedoms; i++) {
         let k = freedoms - 1u - i;
-        let s = freedom_along(kind, k, axes);
+        let s = freedom_along(member.spot, k, axes);
         let own = freedom_memory(g, member.dof + k);
         let x: real = (number(own + SOLVED) - motion_dot(a, six(own))) * number(own + D_INVERSE);
         a = Motion(a.angular + s.angular * x, a.linear + s.linear * x);

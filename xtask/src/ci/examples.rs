@@ -1,8 +1,9 @@
 //! Every example of the facade runs to its end; those that need a GPU, where one is expected.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use xshell::{Shell, cmd};
 
+use crate::binary;
 use crate::stages::Outcome;
 use crate::vulkan;
 use crate::workspace::Workspace;
@@ -13,17 +14,22 @@ pub(super) fn run(sh: &Shell, workspace: &Workspace) -> Result<Outcome> {
     if examples.is_empty() {
         return Ok(Outcome::Skipped("the facade has no examples".to_owned()));
     }
+    // With the tests' features and profile, so that they are there already; asking for one package
+    // alone would compile what it needs again.
+    let messages = cmd!(
+        sh,
+        "cargo build --workspace --all-features --examples --message-format json-render-diagnostics"
+    )
+    .read()?;
     let has_gpu = vulkan::is_expected(sh);
     for (example, features) in examples {
         if features.contains(&"gpu") && !has_gpu {
             println!("{example} is left out: there is no driver of a GPU");
             continue;
         }
-        cmd!(
-            sh,
-            "cargo run --package vertebra --all-features --example {example}"
-        )
-        .run()?;
+        let program = binary::executable(&messages, example)
+            .with_context(|| format!("cargo did not say where the example {example} lies"))?;
+        cmd!(sh, "{program}").run()?;
     }
     Ok(Outcome::Passed)
 }

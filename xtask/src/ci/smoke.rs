@@ -7,13 +7,13 @@ use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
 use super::results;
-use crate::binary;
+use crate::binary::{self, Build};
 use crate::stages::Outcome;
 use crate::workspace::Workspace;
 
 /// Runs the benchmark with `--quick` into a fresh folder and checks the files.
 pub(super) fn run(sh: &Shell, workspace: &Workspace) -> Result<Outcome> {
-    let program = binary::build(sh)?;
+    let program = binary::build(sh, Build::Tested)?;
     let out = workspace.target_directory()?.join("ci-bench");
     // What an earlier run left must not pass for this one's.
     sh.remove_path(&out)?;

@@ -5,7 +5,7 @@ use super::rows::shares;
 use super::{Meter, row, sample};
 use crate::row::Row;
 use crate::scenario::model::{FEW_STEPS, Subject};
-use crate::scenario::{Measurement, Selection};
+use crate::scenario::{Measurement, Selection, tolerance};
 use crate::suite::{relative_error, worst_of};
 use std::time::Instant;
 use vertebra::dynamics::gpu::{Options, Simulation};
@@ -79,12 +79,22 @@ pub(crate) fn measurements<'a>(
             let chain = chain.clone();
             add("dca", Box::new(move |meter| chain.solve(meter, "dca")));
         }
-        if selection.wants("dca-refined") && chunks != tree {
-            for (sweeps, method) in [(1, "dca-refined"), (2, "dca-refined-2")] {
+        // With f64 joins there is no second digit to gain.
+        let sweeps: &[_] = match (chunks, tree) {
+            (Precision::F64, Precision::F32) => &[(1, "dca-refined"), (2, "dca-refined-2")],
+            (Precision::F64, Precision::F64) => &[(1, "dca-refined")],
+            _ => &[],
+        };
+        if selection.wants("dca-refined") {
+            for &(sweeps, method) in sweeps {
                 let mut chain = chain.clone();
                 chain.options.sweeps = sweeps;
                 add(method, Box::new(move |meter| chain.refine(meter, method)));
             }
+        }
+        if selection.wants(tolerance::METHOD) && chunks == Precision::F64 && tree == chunks {
+            let run = move |meter: &Meter| subject.to_tolerance(meter, Some(device));
+            add(tolerance::METHOD, Box::new(run));
         }
         if selection.wants("step") {
             let one = chain.clone();
@@ -110,6 +120,30 @@ pub(crate) fn measurements<'a>(
         }
     }
     list
+}
+
+/// Whole steps of a model in the precision that is taken by default, for a comparison with other models.
+pub(crate) fn steps<'a>(subject: &'a Subject, device: &'a Device) -> Measurement<'a> {
+    let has_f64 = device.features().contains(Features::SHADER_F64);
+    let chunks = if has_f64 {
+        Precision::F64
+    } else {
+        Precision::F32
+    };
+    let options = Options {
+        chunks: Some(chunks),
+        tree: Some(Precision::F32),
+        ..Options::default()
+    };
+    let name = name(chunks, Precision::F32);
+    let label = format!("{}: step-16 {name} on the GPU", subject.scenario);
+    let chain = Chain {
+        subject,
+        device,
+        options,
+        name,
+    };
+    Measurement::new(label, move |meter| chain.step(meter, BLOCK))
 }
 
 type Run<'a> = Box<dyn FnOnce(&Meter) -> anyhow::Result<Option<Row>> + 'a>;

@@ -15,16 +15,13 @@ use vertebra_gpu::{Device, Timing};
 /// Steps in one run.
 const BLOCK: usize = 16;
 
-/// The rows asked for; none of models with springs, which a device does not compute between loops.
+/// The rows asked for.
 pub(crate) fn measurements<'a>(
     subject: &'a Subject,
     device: &'a Device,
     selection: &Selection,
 ) -> Vec<Measurement<'a>> {
     let mut list = Vec::new();
-    if subject.model.first_element().is_some() {
-        return list;
-    }
     let has_f64 = device.features().contains(Features::SHADER_F64);
     for (chunks, tree) in PRECISIONS {
         let asked = selection.precisions.is_empty() || selection.precisions.contains(&tree);

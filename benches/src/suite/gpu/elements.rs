@@ -85,7 +85,10 @@ const STEP: f64 = 1e-3;
 const STEPS: usize = 10;
 
 /// Steps with motors that change on the way.
-fn moved(mut simulation: Simulation, state: &State) -> anyhow::Result<(State, Work, f64)> {
+pub(super) fn moved(
+    mut simulation: Simulation,
+    state: &State,
+) -> anyhow::Result<(State, Work, f64)> {
     let model = simulation.model().clone();
     simulation.set_state(state.clone())?;
     let driven: Vec<_> = (model.body_ids().zip(model.bodies()))
@@ -114,6 +117,17 @@ fn moved(mut simulation: Simulation, state: &State) -> anyhow::Result<(State, Wo
     Ok((simulation.state()?.clone(), work, off))
 }
 
+/// Work by what did it, loops left out.
+pub(super) const fn works(work: &Work) -> [f64; 5] {
+    [
+        work.motors,
+        work.springs,
+        work.dampers,
+        work.friction,
+        work.stops,
+    ]
+}
+
 /// Steps end as the CPU's do, with the same work, and energy balances as far as there.
 pub(super) fn steps(device: &Device) -> Outcome {
     let mut figures = Vec::new();
@@ -121,15 +135,6 @@ pub(super) fn steps(device: &Device) -> Outcome {
         let mut state = State::neutral(&model);
         state.qd.copy_from_slice(&State::random(&model, 4).qd);
         let (expected, work, off) = moved(Simulation::new(model.clone())?, &state)?;
-        let works = |work: &Work| {
-            [
-                work.motors,
-                work.springs,
-                work.dampers,
-                work.friction,
-                work.stops,
-            ]
-        };
         for (chunks, tree, _) in precisions(device) {
             if tree == Precision::F32 && is_software(device) {
                 continue;

@@ -1,6 +1,6 @@
 //! Mirror images of joints, loops and bodies.
 
-use crate::{Closure, Compound, Joint, JointKind, MassProperties, Rest, Spring};
+use crate::{BallRange, Closure, Compound, Joint, JointKind, MassProperties, Rest, Spring};
 use glam::{DMat3, DQuat, DVec3};
 use vertebra_spatial::Pose;
 
@@ -55,8 +55,14 @@ impl Mirror {
             Rest::Position(_) => spring,
             Rest::Orientation(rest) => Spring::turned(spring.stiffness, self.rotation(rest)),
         });
+        let mut limits = joint.limits;
+        let range = limits.as_mut().and_then(|l| l.orientation.as_mut());
+        if let Some(BallRange::Cone { axis, .. }) = range {
+            *axis = -(self.0 * *axis);
+        }
         Joint {
             kind,
+            limits,
             parent_placement: self.pose(&joint.parent_placement),
             child_placement: self.pose(&joint.child_placement),
             spring,

@@ -143,5 +143,6 @@ fn read_limits<'a>(
         position: position.filter(|_| !continuous),
         velocity: number("velocity")?,
         effort: number("effort")?,
+        ..JointLimits::default()
     })
 }

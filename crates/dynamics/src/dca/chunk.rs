@@ -7,6 +7,7 @@ use super::plan::{ChunkPlan, Extent, Inboard, Outboard, Plan};
 use super::rake::Rake;
 use super::split::{Divide, Fault};
 use crate::drive::along;
+use crate::own::OwnInertia;
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{ArticulatedInertia, Force, Mat6, Motion, Real, SmallCholesky};
 
@@ -169,7 +170,7 @@ pub(super) struct Given<'a, T> {
     pub(super) tau: &'a [f64],
     pub(super) force_scales: &'a [f64],
     /// Inertia of the freedoms' own in the order of the slots.
-    pub(super) added: &'a [T],
+    pub(super) own: OwnInertia<'a, T>,
     /// Of a [correction](super::correct): what it changes of the accelerations before anything
     /// responds. Velocities then have no part in it.
     pub(super) jumps: Option<&'a [Motion<T>]>,
@@ -189,7 +190,7 @@ impl<'a, T: Real> Given<'a, T> {
             kind: link.kind,
             columns,
             tau,
-            added: &self.added[dofs],
+            own: self.own.of(dofs),
             pitch: link.pitch,
             c: places.bodies[slot].bias_acceleration,
         }
@@ -364,7 +365,7 @@ pub(super) fn solve<T: Real, L: Real>(
         }
         let dofs = plan.dofs_of(slot);
         let columns = &given.places.columns[dofs.clone()];
-        let added = &given.added[dofs.clone()];
+        let inertia = given.own.of(dofs.clone());
         let dofs = dofs.start - first_dof..dofs.end - first_dof;
         let qdd = &mut own.qdd[dofs.clone()];
         match leaf {
@@ -386,7 +387,7 @@ pub(super) fn solve<T: Real, L: Real>(
             _ => {
                 // A correction need not be exact.
                 let solutions = if given.jumps.is_some() { 1 } else { 2 };
-                let columns = (columns, added);
+                let columns = (columns, inertia);
                 respond(columns, &own.freedoms[dofs], &tip, solutions, &mut a, qdd);
             }
         }

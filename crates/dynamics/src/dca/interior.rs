@@ -14,6 +14,7 @@
 use super::rake::Rake;
 use crate::drive::driven;
 use crate::link::Kind;
+use crate::own::OwnInertia;
 use core::ops::Range;
 use vertebra_spatial::matrix6::{add_scaled, dot};
 use vertebra_spatial::{
@@ -50,7 +51,7 @@ pub(super) struct Joint<'a, T> {
     /// Joint forces.
     pub(super) tau: [T; 6],
     /// Inertia E of the freedoms' own.
-    pub(super) added: &'a [T],
+    pub(super) own: OwnInertia<'a, T>,
     /// Displacement a radian of a screw.
     pub(super) pitch: T,
     /// Velocity-product acceleration.
@@ -156,7 +157,7 @@ impl<T: Real> Interior<T> {
             Kind::Revolute => {
                 let axis = joint.columns[0].angular;
                 let column = Force::new(self.inertia.angular * axis, self.inertia.coupling * axis);
-                let d = axis.dot(column.angular) + joint.added[0];
+                let d = axis.dot(column.angular) + joint.own.entry(0, 0);
                 let u = joint.tau[0] - axis.dot(self.bias.angular);
                 let tip = self.tip_seen(axis, 0..3);
                 freedoms[0] = pivot(d, floor[0], column, tip, u)?;
@@ -168,7 +169,7 @@ impl<T: Real> Interior<T> {
                     self.inertia.coupling.transpose_mul(axis),
                     self.inertia.linear * axis,
                 );
-                let d = axis.dot(column.linear) + joint.added[0];
+                let d = axis.dot(column.linear) + joint.own.entry(0, 0);
                 let u = joint.tau[0] - axis.dot(self.bias.linear);
                 let tip = self.tip_seen(axis, 3..6);
                 freedoms[0] = pivot(d, floor[1], column, tip, u)?;
@@ -177,7 +178,7 @@ impl<T: Real> Interior<T> {
             Kind::Screw => {
                 let direction = joint.columns[0];
                 let column = self.inertia.mul(direction);
-                let d = direction.dot(column) + joint.added[0];
+                let d = direction.dot(column) + joint.own.entry(0, 0);
                 let u = joint.tau[0] - direction.dot(self.bias);
                 let tip = if self.tipped {
                     self.tip.transpose_mul(&direction.to_array())
@@ -242,7 +243,7 @@ impl<T: Real> Interior<T> {
         floor: [T; 2],
     ) -> Option<()> {
         let order = joint.columns.len();
-        let held = joint.added.iter().any(|&own| own != T::ZERO);
+        let held = !joint.own.is_zero();
         let mut d = [[T::ZERO; 6]; 6];
         let mut columns = Mat6::ZERO;
         let mut tips = Mat6::ZERO;
@@ -250,9 +251,8 @@ impl<T: Real> Interior<T> {
         for (k, &column) in joint.columns.iter().enumerate() {
             let u_column = self.inertia.mul(column);
             for (l, other) in joint.columns.iter().enumerate().take(k + 1) {
-                d[k][l] = other.dot(u_column);
+                d[k][l] = other.dot(u_column) + joint.own.entry(k, l);
             }
-            d[k][k] += joint.added[k];
             columns.0[k] = u_column.to_array();
             drives[k] = joint.tau[k] - column.dot(self.bias);
             if self.tipped {
@@ -328,14 +328,14 @@ fn pivot<T: Real>(d: T, floor: T, column: Force<T>, tip: [T; 6], drive: T) -> Op
 /// rounding of the order of a' is left in a; the second solution removes it. Joints of several freedoms
 /// with inertia E of their own, which keep no U and E apart, are solved once.
 pub(super) fn respond<T: Real>(
-    (columns, added): (&[Motion<T>], &[T]),
+    (columns, own): (&[Motion<T>], OwnInertia<'_, T>),
     freedoms: &[Freedom<T>],
     f2: &[T; 6],
     solutions: usize,
     a: &mut Motion<T>,
     qdd: &mut [T],
 ) {
-    if let ([column], [own], [freedom], [qdd]) = (columns, added, freedoms, &mut *qdd) {
+    if let ([column], [own], [freedom], [qdd]) = (columns, own.diagonal, freedoms, &mut *qdd) {
         let wanted = freedom.drive + dot(&freedom.tip, f2);
         let first = (wanted - a.dot(freedom.column)) * freedom.pivot[0];
         *a += *column * first;
@@ -348,7 +348,7 @@ pub(super) fn respond<T: Real>(
         return;
     }
     qdd.fill(T::ZERO);
-    let held = added.iter().any(|&own| own != T::ZERO);
+    let held = !own.is_zero();
     for _ in 0..if held { 1 } else { solutions } {
         // L'qdd = L^-1 u + (s L'^-1)'f2 - (U L'^-1)'a.
         let mut rest = [T::ZERO; 6];

@@ -26,7 +26,8 @@
 //!
 //! A freedom with inertia E of its own transmits S'f = tau - E qdd, which is a force that does depend on
 //! the motion: with t = S (S'S)^-1 a column more of T, tau no part of f_Q, and t'(a1 of B - a2 of A - c)
-//! = qdd, it adds 1/E to its entry on the diagonal of T'GT and tau/E to that of L y.
+//! = qdd, it adds 1/E to its entry on the diagonal of T'GT and tau/E to that of L y. Where E is not diagonal, t are
+//! its principal axes.
 
 use super::interior::Joint;
 use crate::link::Kind;
@@ -116,9 +117,23 @@ impl<T: Real> Seam<T> {
             seam.basis.0[seam.order] = across.to_array();
             seam.order += 1;
         }
-        for (k, column) in joint.columns.iter().enumerate() {
-            let direction = (*column * (T::ONE / square)).to_array();
-            let (tau, own) = (joint.tau[k], joint.added[k]);
+        let mut columns = [Motion::ZERO; 6];
+        columns[..joint.columns.len()].copy_from_slice(joint.columns);
+        let (mut tau, mut own) = (joint.tau, [T::ZERO; 6]);
+        own[..joint.columns.len()].copy_from_slice(joint.own.diagonal);
+        if joint.kind == Kind::Spherical && !joint.own.is_diagonal() {
+            // Any axes do: along the principal ones freedoms hold each by itself.
+            for (k, (axis, moment)) in joint.own.principal().into_iter().enumerate() {
+                (columns[k], tau[k], own[k]) = (Motion::ZERO, T::ZERO, moment);
+                for (l, part) in axis.into_iter().enumerate() {
+                    columns[k] += joint.columns[l] * part;
+                    tau[k] += joint.tau[l] * part;
+                }
+            }
+        }
+        for (k, column) in columns.into_iter().enumerate().take(joint.columns.len()) {
+            let direction = (column * (T::ONE / square)).to_array();
+            let (tau, own) = (tau[k], own[k]);
             if own == T::ZERO {
                 add_scaled(&mut seam.drive, &direction, tau);
             } else {

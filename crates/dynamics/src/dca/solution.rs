@@ -6,6 +6,7 @@ use super::tree::Tree;
 use crate::Forces;
 use crate::drive::transmitted;
 use crate::link::Scales;
+use crate::own::OwnInertia;
 use crate::residual::Solution;
 use vertebra_spatial::{Force, Motion, Number, Real};
 
@@ -134,8 +135,13 @@ impl<T: Real, L: Real> Tree<T, L> {
                 *tau = T::from_f64(forces.joint[first + k] / scales.force[first + k]);
             }
         }
-        for (tau, dof) in tau.iter_mut().zip(dofs) {
-            *tau -= self.added[dof] * self.chunks.qdd[dof];
+        let own = OwnInertia {
+            diagonal: &self.added,
+            across: &self.across,
+        };
+        let held = own.of(dofs.clone()).mul(&self.chunks.qdd[dofs]);
+        for (tau, held) in tau.iter_mut().zip(held) {
+            *tau -= held;
         }
         transmitted(f, columns, &tau)
     }

@@ -12,6 +12,7 @@ use crate::Forces;
 use crate::across::Given;
 use crate::drift::Drift;
 use crate::link::Scales;
+use crate::own::OwnInertia;
 use vertebra_assembly::schedule::Schedule;
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{Force, Motion, Real, Vec3};
@@ -38,6 +39,7 @@ pub(super) struct Tree<T, L> {
     pub(super) chunks: Chunks<T, L>,
     /// Inertia of the freedoms' own in the order of the slots, and whether any is not zero.
     pub(super) added: Vec<T>,
+    pub(super) across: Vec<T>,
     adds: bool,
     /// Forces that the joints transmit, about the joints' origins.
     pub(super) wrenches: Vec<Force<T>>,
@@ -64,6 +66,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             base: Motion::new(Vec3::ZERO, -Vec3::from_glam(gravity)),
             chunks: Chunks::new(&plan.extents[plan.chunks.len()]),
             added: vec![T::ZERO; plan.model_dofs.len()],
+            across: vec![T::ZERO; plan.model_dofs.len()],
             adds: false,
             wrenches: vec![Force::ZERO; plan.len()],
             sums: vec![Rake::default(); plan.sums.len()],
@@ -109,9 +112,12 @@ impl<T: Real, L: Real> Tree<T, L> {
     fn set_added(&mut self, forces: &Forces, scales: &Scales) {
         let adds = !forces.joint_inertia.is_empty();
         if adds || self.adds {
-            for (own, &dof) in self.added.iter_mut().zip(&self.plan.model_dofs) {
+            let own = self.added.iter_mut().zip(&mut self.across);
+            for ((own, across), &dof) in own.zip(&self.plan.model_dofs) {
                 let dof = dof as usize;
-                *own = T::from_f64(forces.inertia(dof) * scales.inertia(dof));
+                let scale = scales.inertia(dof);
+                *own = T::from_f64(forces.inertia(dof) * scale);
+                *across = T::from_f64(forces.inertia_across(dof) * scale);
             }
         }
         self.adds = adds;
@@ -171,7 +177,10 @@ impl<T: Real, L: Real> Tree<T, L> {
             places: &self.places,
             tau,
             force_scales,
-            added: &self.added,
+            own: OwnInertia {
+                diagonal: &self.added,
+                across: &self.across,
+            },
             jumps: None,
         };
         divide(parallel, &self.plan.extents, range, own, &|index, own| {
@@ -240,7 +249,10 @@ impl<T: Real, L: Real> Tree<T, L> {
             places: &self.places,
             tau: &[],
             force_scales: &[],
-            added: &self.added,
+            own: OwnInertia {
+                diagonal: &self.added,
+                across: &self.across,
+            },
             jumps: descent.jumps,
         };
         let joins = &self.joins;

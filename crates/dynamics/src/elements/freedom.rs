@@ -1,13 +1,13 @@
-//! The elements of single joints.
+//! The elements of joints with one freedom.
 
 use super::Work;
 use super::law::{Law, Part};
 use super::motor::Motor;
-use vertebra_assembly::{Body, BodyId, JointKind, Model, Rest, Spring, State, Stop};
-use vertebra_spatial::{Quat, Vec3, vec3};
+use super::stop::{Ends, Moment, Taken};
+use vertebra_assembly::{Body, BodyId, JointKind, Model, Rest, Spring, Stop};
 
 /// Rates below which dry friction holds, as part of the model's unit of rate.
-const SLIP: f64 = 1e-5;
+pub(super) const SLIP: f64 = 1e-5;
 
 /// The elements of a joint with one freedom.
 #[derive(Clone, Debug)]
@@ -23,30 +23,13 @@ pub(super) struct Freedom {
     pub(super) friction: f64,
     /// Rate below which friction holds.
     slip: f64,
-    pub(super) range: Option<[f64; 2]>,
-    pub(super) stop: Stop,
-    /// About the inertia that the joint moves.
-    pub(super) moved: f64,
-    /// Rate at which a joint is brought back into its range.
-    recovery: f64,
+    pub(super) ends: Option<Ends>,
     pub(super) motor: Motor,
     pub(super) effort: f64,
-    /// Of motor, friction and stop in the step at hand, and the parts of them that are taken.
-    laws: [Law; 3],
-    parts: [Part; 3],
-    /// The part of the stop's law in which it does nothing.
-    open: Part,
-}
-
-/// A step as laws see it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Moment {
-    pub(super) q: f64,
-    pub(super) qd: f64,
-    /// Length of the step; none, of no length, for forces as they are now.
-    pub(super) h: f64,
-    /// Inertia by which a hard stop exceeds what it stops, as a multiple of that.
-    pub(super) firmness: f64,
+    /// Of motor and friction in the step at hand, and the parts of them that are taken.
+    laws: [Law; 2],
+    parts: [Part; 2],
+    stops: Taken,
 }
 
 impl Freedom {
@@ -74,15 +57,17 @@ impl Freedom {
             armature: j.armature,
             friction: j.friction,
             slip: SLIP * rate,
-            range: j.limits.and_then(|limits| limits.position),
-            stop: j.stop,
-            moved,
-            recovery: rate,
+            ends: (j.limits.and_then(|limits| limits.position)).map(|range| Ends {
+                range,
+                stop: j.stop,
+                moved,
+                recovery: rate,
+            }),
             motor: Motor::OFF,
             effort: (j.limits.and_then(|limits| limits.effort)).unwrap_or(f64::INFINITY),
-            laws: [Law::NONE; 3],
-            parts: [Part::Slope; 3],
-            open: Part::Slope,
+            laws: [Law::NONE; 2],
+            parts: [Part::Slope; 2],
+            stops: Taken::NONE,
         }
     }
 
@@ -92,24 +77,20 @@ impl Freedom {
             && self.damping == 0.0
             && self.armature == 0.0
             && self.friction == 0.0
-            && self.range.is_none()
+            && self.ends.is_none()
             && self.motor.is_off()
     }
 
     /// Whether the force jumps where the state does not.
     pub(super) fn is_rough(&self) -> bool {
-        self.friction > 0.0 || (self.range.is_some() && matches!(self.stop, Stop::Hard { .. }))
+        let is_hard = |ends: Ends| matches!(ends.stop, Stop::Hard { .. });
+        self.friction > 0.0 || self.ends.is_some_and(is_hard)
     }
 
     /// Takes the laws of a step.
     pub(super) fn begin(&mut self, now: &Moment) {
-        let (stop, open) = self.stop_law(now);
-        // A stop that held goes on holding, unless the other bound is the nearer one now.
-        if self.parts[2] != Part::Slope || self.open != open {
-            self.parts[2] = open;
-        }
-        self.open = open;
-        self.laws = [self.motor_law(now), self.friction_law(), stop];
+        self.stops.begin(self.stop_law(now));
+        self.laws = [self.motor_law(now), self.friction_law()];
         // A motor that was limited may be so no more.
         if self.laws[0].most == f64::INFINITY {
             self.parts[0] = Part::Slope;
@@ -147,58 +128,8 @@ impl Freedom {
         }
     }
 
-    /// The law of the bound that is nearer, and the part of it in which it does nothing.
-    ///
-    /// With g the displacement to the bound, positive inside the range, and sign s of the direction to
-    /// it, a soft stop exerts -s max(0, -k (g - h s v) + c s v). A hard one lets s v be at most g / h,
-    /// the rate that reaches the bound at the end of the step; after an impact at rate v0, -e v0; and
-    /// outside of the range the rate at which the joint comes back, bounded itself. It does so as a
-    /// damper against which the joint's inertia is nothing.
     fn stop_law(&self, now: &Moment) -> (Law, Part) {
-        let Some([lower, upper]) = self.range else {
-            return (Law::NONE, Part::Slope);
-        };
-        let is_upper = upper - now.q <= now.q - lower;
-        let (gap, sign) = if is_upper {
-            (upper - now.q, 1.0)
-        } else {
-            (now.q - lower, -1.0)
-        };
-        let (at, slope) = match self.stop {
-            Stop::Soft { stiffness, damping } => {
-                // A damper beyond the bound only, which is where the step ends or starts.
-                let beyond = gap <= now.h * sign * now.qd || gap <= 0.0;
-                let damping = if beyond { damping } else { 0.0 };
-                (sign * stiffness * gap, damping + now.h * stiffness)
-            }
-            Stop::Hard { .. } if now.h == 0.0 => return (Law::NONE, Part::Slope),
-            Stop::Hard { restitution } => {
-                let reach = (gap / now.h).max(-self.recovery);
-                let toward = sign * now.qd;
-                let bound = if restitution > 0.0 && toward > reach {
-                    reach.min(-restitution * toward)
-                } else {
-                    reach
-                };
-                let slope = now.firmness * self.moved / now.h;
-                (sign * slope * bound, slope)
-            }
-        };
-        // A range without width holds from both sides.
-        let (least, most, open) = if upper == lower {
-            (f64::NEG_INFINITY, f64::INFINITY, Part::Slope)
-        } else if is_upper {
-            (f64::NEG_INFINITY, 0.0, Part::Most)
-        } else {
-            (0.0, f64::INFINITY, Part::Least)
-        };
-        let law = Law {
-            at,
-            slope,
-            least,
-            most,
-        };
-        (law, open)
+        (self.ends).map_or((Law::NONE, Part::Slope), |ends| ends.law(now))
     }
 
     /// Joint force and inertia of the step, as the parts taken make them.
@@ -208,12 +139,15 @@ impl Freedom {
             self.armature + now.h * (self.damping + now.h * self.stiffness),
         ];
         if now.h == 0.0 {
-            load[0] += self.laws.iter().map(|law| law.force(now.qd)).sum::<f64>();
+            let laws = self.laws.iter().chain([&self.stops.law]);
+            load[0] += laws.map(|law| law.force(now.qd)).sum::<f64>();
             return load;
         }
         for (law, &part) in self.laws.iter().zip(&self.parts) {
             law.load(part, now.qd, now.h, &mut load);
         }
+        let Taken { law, part, .. } = self.stops;
+        law.load(part, now.qd, now.h, &mut load);
         load
     }
 
@@ -225,15 +159,15 @@ impl Freedom {
             changed |= next != *part;
             *part = next;
         }
-        changed
+        changed | self.stops.follow(v, tolerance)
     }
 
     /// Adds the work of a step that ended with the rate v: forces at its end over the displacement that
     /// the mean rate makes of it, so that kinetic energy is accounted for to rounding.
     pub(super) fn account(&self, now: &Moment, v: f64, work: &mut Work) {
         let way = 0.5 * now.h * (now.qd + v);
-        let [motor, friction, stop] =
-            [0, 1, 2].map(|k| self.laws[k].exerted(self.parts[k], v) * way);
+        let [motor, friction] = [0, 1].map(|k| self.laws[k].exerted(self.parts[k], v) * way);
+        let stop = self.stops.law.exerted(self.stops.part, v) * way;
         work.springs -= self.stiffness * (now.q + now.h * v - self.rest) * way;
         work.dampers -= self.damping * v * way;
         work.motors += motor;
@@ -275,91 +209,7 @@ impl Freedom {
     }
 }
 
-/// The elements of a spherical joint: the same in all directions.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ball {
-    pub(super) q: usize,
-    pub(super) dof: usize,
-    pub(super) stiffness: f64,
-    pub(super) rest: Quat<f64>,
-    pub(super) damping: f64,
-    pub(super) armature: f64,
-}
-
-impl Ball {
-    /// None if the joint has no elements.
-    pub(super) fn new(body: &Body) -> Option<Self> {
-        let joint = &body.joint;
-        let (stiffness, rest) = match joint.spring {
-            Some(Spring {
-                stiffness,
-                rest: Rest::Orientation(rest),
-            }) => (stiffness, rest),
-            _ => (0.0, glam::DQuat::IDENTITY),
-        };
-        if stiffness == 0.0 && joint.damping == 0.0 && joint.armature == 0.0 {
-            return None;
-        }
-        Some(Self {
-            q: body.position_start,
-            dof: body.dof_start,
-            stiffness,
-            rest: Quat::from_glam(rest),
-            damping: joint.damping,
-            armature: joint.armature,
-        })
-    }
-
-    /// The rotation vector from the rest to an orientation, in the child's axes; the short way.
-    fn off(&self, q: &[f64]) -> Vec3<f64> {
-        let turned = Quat::from_xyzw(q[self.q], q[self.q + 1], q[self.q + 2], q[self.q + 3]);
-        (self.rest.conjugate() * turned).log()
-    }
-
-    fn rate(&self, qd: &[f64]) -> Vec3<f64> {
-        vec3(qd[self.dof], qd[self.dof + 1], qd[self.dof + 2])
-    }
-
-    /// Joint forces of the step, and the inertia that they add to each freedom.
-    ///
-    /// The rotation vector changes with w to first order in itself, so that at the end of the step it is
-    /// about off + h w.
-    pub(super) fn load(&self, q: &[f64], qd: &[f64], h: f64) -> ([f64; 3], f64) {
-        let w = self.rate(qd);
-        let force = -((self.off(q) + w * h) * self.stiffness + w * self.damping);
-        let inertia = self.armature + h * (self.damping + h * self.stiffness);
-        (force.to_array(), inertia)
-    }
-
-    /// Adds the work of a step of h between two states, implicit or not.
-    pub(super) fn account(
-        &self,
-        (from, to): (&State, &State),
-        (h, implicit): (f64, bool),
-        work: &mut Work,
-    ) {
-        let (before, after) = (self.rate(&from.qd), self.rate(&to.qd));
-        let way = (before + after) * (0.5 * h);
-        let (off, rate) = if implicit {
-            (self.off(&from.q) + after * h, after)
-        } else {
-            let off = self.off(&from.q) + self.off(&to.q);
-            (off * 0.5, (before + after) * 0.5)
-        };
-        work.springs -= self.stiffness * off.dot(way);
-        work.dampers -= self.damping * rate.dot(way);
-    }
-
-    /// Energies of the spring and of the rotor.
-    pub(super) fn stored(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {
-        [
-            0.5 * self.stiffness * self.off(q).length_squared(),
-            0.5 * self.armature * self.rate(qd).length_squared(),
-        ]
-    }
-}
-
-/// About the inertia that each joint with one freedom moves [kg m^2 or kg]: a sum over what hangs from
+/// About the inertia that each joint moves [kg m^2 or kg]: a sum over what hangs from
 /// it, of which every joint passes half on.
 pub(super) fn moved(model: &Model) -> Vec<f64> {
     // Sums of m, m |r| and m r^2 about the joint.

@@ -1,7 +1,9 @@
 //! Elements as numbers for kernels, in the model's units; `shaders/wgsl/dca/loads.wgsl` reads them.
 
 use super::Elements;
-use super::freedom::{Ball, Freedom};
+use super::ball::Ball;
+use super::freedom::Freedom;
+use crate::Error;
 use crate::link::Scales;
 use vertebra_assembly::{Model, Stop};
 use vertebra_shaders::dca::WORKS;
@@ -73,6 +75,19 @@ impl Elements {
         }
     }
 
+    /// Refuses what kernels do not compute of spherical joints.
+    pub(crate) fn check_spherical(&self) -> Result<(), Error> {
+        let mut balls = self.busy_balls();
+        match balls
+            .find(|ball| ball.friction > 0.0 || !ball.bounds.is_empty() || !ball.motor.is_off())
+        {
+            None => Ok(()),
+            Some(ball) => Err(Error::SphericalElementUnavailable {
+                body: self.name(ball.body),
+            }),
+        }
+    }
+
     /// Whether some law may be on a bound, so that a step may take several solutions.
     pub(crate) fn is_bounded(&self) -> bool {
         let active = self
@@ -81,9 +96,7 @@ impl Elements {
             .map(|&index| &self.freedoms[index as usize]);
         active.clone().any(|freedom| {
             let limited = freedom.motor.limit.min(freedom.effort) < f64::INFINITY;
-            freedom.friction > 0.0
-                || freedom.range.is_some()
-                || (limited && !freedom.motor.is_off())
+            freedom.friction > 0.0 || freedom.ends.is_some() || (limited && !freedom.motor.is_off())
         })
     }
 
@@ -105,16 +118,16 @@ impl Elements {
 
 impl Freedom {
     fn rows(&self, factors: &Factors) -> [[f64; 4]; 3] {
-        let [lower, upper] = self.range.unwrap_or_default();
-        let stop = match (self.range, self.stop) {
-            (None, _) => [0.0; 4],
-            (_, Stop::Soft { stiffness, damping }) => [
+        let [lower, upper] = self.ends.map_or([0.0; 2], |ends| ends.range);
+        let stop = match self.ends.map(|ends| ends.stop) {
+            None => [0.0; 4],
+            Some(Stop::Soft { stiffness, damping }) => [
                 stiffness * factors.stiffness,
                 damping * factors.damping,
                 SOFT,
                 0.0,
             ],
-            (_, Stop::Hard { restitution }) => [restitution, 0.0, HARD, 0.0],
+            Some(Stop::Hard { restitution }) => [restitution, 0.0, HARD, 0.0],
         };
         let bounded = |x: f64| (x * factors.position).clamp(-BOUNDLESS, BOUNDLESS);
         [
@@ -128,7 +141,7 @@ impl Freedom {
                 self.friction * factors.force,
                 bounded(lower),
                 bounded(upper),
-                self.moved * factors.inertia,
+                self.ends.map_or(0.0, |ends| ends.moved) * factors.inertia,
             ],
             stop,
         ]

@@ -21,28 +21,40 @@
 //! - **Soft stops**: a spring and a damper beyond the bound, never pulling.
 //! - **Motors** ([`Motor`]): feed-forward, rate and position, within a limit.
 //!
+//! Spherical joints have all of these too ([`SphericalMotor`], [`BallRange`](vertebra_assembly::BallRange)). Spring,
+//! damper, rotor, friction and motor act alike in all directions, friction and limited motors with a force of their
+//! bound in the direction of what is wanted. Stops act along the gradient of the angle that has a range, to first order in what a
+//! step turns: of a step that turns fast the end may be beyond the bound by half the square of its angle.
+//!
 //! Accelerations asked for without a step, and the stages of other integrators than
 //! [`SemiImplicitEuler`](crate::Integrator::SemiImplicitEuler), have h = 0: forces as they are now, and
 //! the inertia of rotors alone. Hard stops then do nothing, and those integrators refuse to step with them
 //! or with friction, whose forces jump.
 
+mod ball;
 mod freedom;
 #[cfg(feature = "gpu")]
 mod kernels;
 mod law;
 mod motor;
+mod round;
+mod stop;
 
-pub use motor::Motor;
+pub use motor::{Motor, SphericalMotor};
 
 use crate::{Error, Forces, Integrator, Solver};
-use freedom::{Ball, Freedom, Moment};
+use ball::{Ball, Turned};
+use freedom::Freedom;
+use stop::Moment;
 use vertebra_assembly::{BodyId, JointKind, Model, State};
+use vertebra_spatial::vec3;
 
 /// Solutions of one step at most. Parts settle one after another where joints do not push each other
 /// about, so a few do; what has not settled is taken as it is.
 pub(crate) const PASSES: usize = 12;
 
-/// Work done since the start \[J\]. Of implicit steps by the forces at the end of each over the way that the
+/// Work done since the start \[J\], of all that neither masses nor gravity do: kinetic energy, that of rotors included,
+/// and potential energy change by its sum. Of implicit steps by the forces at the end of each over the way that the
 /// mean rate makes: exact for the kinetic energy of joints whose inertia is constant, and to first order in
 /// the step for others. Of other integrators' by the mean of the forces before and after: to second order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,13 +69,16 @@ pub struct Work {
     pub friction: f64,
     /// Of stops.
     pub stops: f64,
+    /// Of closed loops and couplings: what putting rates and positions back has changed of the energy, and of
+    /// semi-implicit Euler the work of the loops' forces, which those of other integrators do not do, to their order.
+    pub loops: f64,
 }
 
 impl Work {
     /// All of it \[J\].
     #[must_use]
     pub fn total(&self) -> f64 {
-        self.motors + self.springs + self.dampers + self.friction + self.stops
+        self.motors + self.springs + self.dampers + self.friction + self.stops + self.loops
     }
 }
 
@@ -103,14 +118,23 @@ pub struct Elements {
     model: Model,
     freedoms: Vec<Freedom>,
     balls: Vec<Ball>,
-    /// Index into `freedoms` of each body with one freedom.
-    of_body: Vec<Option<u32>>,
-    /// Those of the freedoms that have anything to compute.
+    /// Where what acts in each body's joint is.
+    of_body: Vec<Place>,
+    /// Those of the freedoms and of the balls that have anything to compute.
     active: Vec<u32>,
+    active_balls: Vec<u32>,
     loaded: Forces,
     qdd: Vec<f64>,
     work: Work,
     solutions: usize,
+}
+
+/// Index of what acts in a joint.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    Nowhere,
+    Freedom(u32),
+    Ball(u32),
 }
 
 impl Elements {
@@ -118,22 +142,25 @@ impl Elements {
     #[must_use]
     pub fn new(model: &Model) -> Self {
         let moved = freedom::moved(model);
-        let mut freedoms = Vec::new();
-        let mut of_body = vec![None; model.bodies().len()];
+        let (mut freedoms, mut balls) = (Vec::new(), Vec::new());
+        let mut of_body = vec![Place::Nowhere; model.bodies().len()];
+        // There are no more of them than bodies, which indices of this width count.
+        #[expect(clippy::cast_possible_truncation, reason = "bodies are counted by u32")]
         for (id, body) in model.body_ids().zip(model.bodies()) {
+            let (place, moved) = (&mut of_body[id.index()], moved[id.index()]);
             if body.dof_range().len() == 1 {
-                of_body[id.index()] = u32::try_from(freedoms.len()).ok();
-                freedoms.push(Freedom::new(model, id, body, moved[id.index()]));
+                *place = Place::Freedom(freedoms.len() as u32);
+                freedoms.push(Freedom::new(model, id, body, moved));
+            } else if body.joint.kind == JointKind::Spherical {
+                *place = Place::Ball(balls.len() as u32);
+                balls.push(Ball::new(model, id, body, moved));
             }
         }
-        let is_ball = |kind| kind == JointKind::Spherical;
-        let balls = model
-            .bodies()
-            .iter()
-            .filter(|body| is_ball(body.joint.kind));
+        let has_ranges = balls.iter().any(|ball| !ball.bounds.is_empty());
         let mut elements = Self {
-            balls: balls.filter_map(Ball::new).collect(),
             active: Vec::with_capacity(freedoms.len()),
+            active_balls: Vec::with_capacity(balls.len()),
+            balls,
             freedoms,
             of_body,
             loaded: Forces::none(model),
@@ -143,6 +170,9 @@ impl Elements {
             model: model.clone(),
         };
         elements.loaded.joint_inertia = vec![0.0; model.dof_count()];
+        if has_ranges {
+            elements.loaded.joint_inertia_across = vec![0.0; model.dof_count()];
+        }
         elements.list_active();
         elements
     }
@@ -152,12 +182,16 @@ impl Elements {
         let busy = (0..).zip(&self.freedoms);
         let busy = busy.filter(|(_, freedom)| !freedom.is_idle());
         self.active.extend(busy.map(|(index, _): (u32, _)| index));
+        self.active_balls.clear();
+        let busy = (0..).zip(&self.balls).filter(|(_, ball)| !ball.is_idle());
+        let busy = busy.map(|(index, _): (u32, _)| index);
+        self.active_balls.extend(busy);
     }
 
     /// Whether there is nothing to compute: no elements, all motors off.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.active.is_empty() && self.balls.is_empty()
+        self.active.is_empty() && self.active_balls.is_empty()
     }
 
     /// Sets the motor of a body's joint, which must have one freedom.
@@ -184,17 +218,58 @@ impl Elements {
         Ok(&self.freedoms[self.freedom_of(body)?].motor)
     }
 
+    /// Sets the motor of a spherical joint.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; the motor is then as it was.
+    pub fn set_spherical_motor(
+        &mut self,
+        body: BodyId,
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        let index = self.ball_of(body)?;
+        motor.check(&self.model.bodies()[body.index()].name)?;
+        let ball = &mut self.balls[index];
+        let was_idle = ball.is_idle();
+        ball.motor = motor;
+        if was_idle != ball.is_idle() {
+            self.list_active();
+        }
+        Ok(())
+    }
+
+    /// The motor of a spherical joint.
+    ///
+    /// # Errors
+    /// [`Error::UnknownBody`], [`Error::NoMotor`].
+    pub fn spherical_motor(&self, body: BodyId) -> Result<&SphericalMotor, Error> {
+        Ok(&self.balls[self.ball_of(body)?].motor)
+    }
+
     fn freedom_of(&self, body: BodyId) -> Result<usize, Error> {
+        match self.place_of(body)? {
+            (Place::Freedom(index), _) => Ok(index as usize),
+            (_, name) => Err(Error::NoMotor {
+                body: name.to_owned(),
+            }),
+        }
+    }
+
+    fn ball_of(&self, body: BodyId) -> Result<usize, Error> {
+        match self.place_of(body)? {
+            (Place::Ball(index), _) => Ok(index as usize),
+            (_, name) => Err(Error::NoMotor {
+                body: name.to_owned(),
+            }),
+        }
+    }
+
+    fn place_of(&self, body: BodyId) -> Result<(Place, &str), Error> {
         let known = self.model.body(body).ok_or_else(|| Error::UnknownBody {
             model: self.model.name().to_owned(),
             body: body.index(),
         })?;
-        match self.of_body[body.index()] {
-            Some(index) => Ok(index as usize),
-            None => Err(Error::NoMotor {
-                body: known.name.clone(),
-            }),
-        }
+        Ok((self.of_body[body.index()], &known.name))
     }
 
     /// The given forces with what the elements make of a step of `h` \[s\] from a state, or with their
@@ -213,7 +288,7 @@ impl Elements {
         Ok(&self.loaded)
     }
 
-    /// Work done by the elements in the steps taken so far.
+    /// Work done by the elements in the steps taken so far; of loops [`Simulation`](crate::Simulation::work) knows.
     #[must_use]
     pub const fn work(&self) -> &Work {
         &self.work
@@ -225,6 +300,11 @@ impl Elements {
     /// [`Error`] if the state does not fit the model.
     pub fn stored(&self, state: &State) -> Result<Stored, Error> {
         state.check(&self.model)?;
+        Ok(self.held(state))
+    }
+
+    /// The same of a state that fits.
+    pub(crate) fn held(&self, state: &State) -> Stored {
         let mut sum = Stored::default();
         let mut add = |[spring, rotor]: [f64; 2]| {
             sum.springs += spring;
@@ -233,10 +313,10 @@ impl Elements {
         for freedom in self.freedoms.iter().filter(|freedom| !freedom.is_idle()) {
             add(freedom.stored(state.q[freedom.q], state.qd[freedom.dof]));
         }
-        for ball in &self.balls {
-            add(ball.stored(&state.q, &state.qd));
+        for ball in self.busy_balls() {
+            add(ball.stored(&ball.turned(state, 0.0, 0.0)));
         }
-        Ok(sum)
+        sum
     }
 
     /// Solutions that the last step took \[count\].
@@ -250,17 +330,26 @@ impl Elements {
         if integrator == Integrator::SemiImplicitEuler {
             return Ok(());
         }
-        let mut active = self
-            .active
-            .iter()
-            .map(|&index| &self.freedoms[index as usize]);
-        match active.find(|freedom| freedom.is_rough()) {
+        let mut single = self.busy().filter(|freedom| freedom.is_rough());
+        let mut several = self.busy_balls().filter(|ball| ball.is_rough());
+        let of_single = single.next().map(|freedom| freedom.body);
+        match of_single.or_else(|| several.next().map(|ball| ball.body)) {
             None => Ok(()),
-            Some(freedom) => Err(Error::RoughElement {
-                body: self.name(freedom),
+            Some(body) => Err(Error::RoughElement {
+                body: self.name(body),
                 integrator,
             }),
         }
+    }
+
+    fn busy(&self) -> impl Iterator<Item = &Freedom> {
+        let indices = self.active.iter();
+        indices.map(|&index| &self.freedoms[index as usize])
+    }
+
+    fn busy_balls(&self) -> impl Iterator<Item = &Ball> {
+        let indices = self.active_balls.iter();
+        indices.map(|&index| &self.balls[index as usize])
     }
 
     /// Refuses steps back in time.
@@ -268,18 +357,16 @@ impl Elements {
         if h.is_finite() && h >= 0.0 {
             return Ok(());
         }
-        let first = self
-            .active
-            .first()
-            .map(|&index| &self.freedoms[index as usize]);
+        let first = self.busy().next().map(|freedom| freedom.body);
+        let first = first.or_else(|| self.busy_balls().next().map(|ball| ball.body));
         Err(Error::StepBack {
             body: first.map_or_else(|| self.model.name().to_owned(), |first| self.name(first)),
             step: h,
         })
     }
 
-    fn name(&self, freedom: &Freedom) -> String {
-        self.model.bodies()[freedom.body as usize].name.clone()
+    fn name(&self, body: u32) -> String {
+        self.model.bodies()[body as usize].name.clone()
     }
 
     /// Accelerations with the elements' part, implicit in a step of h, or explicit for h = 0.
@@ -327,8 +414,15 @@ impl Elements {
                 freedom.account_between(from, to, &mut self.work);
             }
         }
-        for ball in &self.balls {
-            ball.account((from, to), (h, implicit), &mut self.work);
+        for &index in &self.active_balls {
+            let ball = &self.balls[index as usize];
+            let [now, end] = [from, to].map(|state| turned(ball, state, h, epsilon));
+            if implicit {
+                ball.account(&now, end.w, &mut self.work);
+            } else {
+                let ends = [now, end].map(|now| Turned { h: 0.0, ..now });
+                ball.account_between(ends, h, &mut self.work);
+            }
         }
     }
 
@@ -338,31 +432,39 @@ impl Elements {
             let now = moment(freedom, state, h, epsilon);
             freedom.begin(&now);
         }
+        for &index in &self.active_balls {
+            let ball = &mut self.balls[index as usize];
+            ball.begin(&turned(ball, state, h, epsilon));
+        }
     }
 
     fn gather(&mut self, state: &State, forces: &Forces, h: f64, epsilon: f64) {
         let Forces {
             joint,
             joint_inertia,
+            joint_inertia_across,
             ..
         } = &mut self.loaded;
         joint.copy_from_slice(&forces.joint);
-        if forces.joint_inertia.is_empty() {
-            joint_inertia.fill(0.0);
-        } else {
-            joint_inertia.copy_from_slice(&forces.joint_inertia);
-        }
+        start_from(joint_inertia, &forces.joint_inertia);
+        start_from(joint_inertia_across, &forces.joint_inertia_across);
         for &index in &self.active {
             let freedom = &self.freedoms[index as usize];
             let [force, inertia] = freedom.load(&moment(freedom, state, h, epsilon));
             joint[freedom.dof] += force;
             joint_inertia[freedom.dof] += inertia;
         }
-        for ball in &self.balls {
-            let (force, inertia) = ball.load(&state.q, &state.qd, h);
-            for (k, force) in force.into_iter().enumerate() {
-                joint[ball.dof + k] += force;
-                joint_inertia[ball.dof + k] += inertia;
+        for &index in &self.active_balls {
+            let ball = &self.balls[index as usize];
+            let load = ball.load(&turned(ball, state, h, epsilon));
+            for k in 0..3 {
+                joint[ball.dof + k] += load.force[k];
+                joint_inertia[ball.dof + k] += load.inertia[k];
+            }
+            if !ball.bounds.is_empty() {
+                for (own, across) in joint_inertia_across[ball.dof..].iter_mut().zip(load.across) {
+                    *own += across;
+                }
             }
         }
     }
@@ -376,7 +478,25 @@ impl Elements {
             let tolerance = 4.0 * epsilon * (qd.abs() + dv.abs());
             changed |= freedom.follow(qd + dv, tolerance);
         }
+        for &index in &self.active_balls {
+            let ball = &mut self.balls[index as usize];
+            let [w, dw] =
+                [&state.qd, &self.qdd].map(|v| vec3(v[ball.dof], v[ball.dof + 1], v[ball.dof + 2]));
+            let dw = dw * h;
+            let tolerance = 4.0 * epsilon * (w.length() + dw.length());
+            changed |= ball.follow(w + dw, h, tolerance);
+        }
         changed
+    }
+}
+
+/// Makes sums begin with what is given, which may be nothing.
+fn start_from(sums: &mut Vec<f64>, given: &[f64]) {
+    if given.is_empty() {
+        sums.fill(0.0);
+    } else {
+        sums.clear();
+        sums.extend_from_slice(given);
     }
 }
 
@@ -385,6 +505,15 @@ fn moment(freedom: &Freedom, state: &State, h: f64, epsilon: f64) -> Moment {
         q: state.q[freedom.q],
         qd: state.qd[freedom.dof],
         h,
-        firmness: 0.1 / epsilon.sqrt(),
+        firmness: firmness(epsilon),
     }
+}
+
+fn turned(ball: &Ball, state: &State, h: f64, epsilon: f64) -> Turned {
+    ball.turned(state, h, firmness(epsilon))
+}
+
+/// By what a hard stop exceeds the inertia that it stops, where solutions are rounded to epsilon.
+fn firmness(epsilon: f64) -> f64 {
+    0.1 / epsilon.sqrt()
 }

@@ -10,8 +10,7 @@ mod tree;
 
 pub use choice::{BatchChoice, BatchOptions};
 
-use super::Kernels;
-use crate::{Algorithm, Error, Forces, Motor, Precision};
+use crate::{Algorithm, Error, Forces, Motor, Precision, loops};
 use engine::{Engine, Failure, Fixed, Why};
 use forest::Forest;
 use vertebra_assembly::{BodyId, Model, State};
@@ -24,7 +23,7 @@ use vertebra_spatial::Pose;
 /// States and forces are uploaded when they are set and come back when they are asked for; steps
 /// in between stay on the device. An item that fails keeps the state before the step; the others go on, but
 /// by divide and conquer, where all are one forest, they stop with it. Divide and conquer it is where joints are
-/// screws or anything acts in them.
+/// screws, anything acts in them, or loops are closed.
 ///
 /// ```
 /// use vertebra_assembly::{State, generate};
@@ -93,15 +92,14 @@ impl Batch {
     /// # Errors
     /// [`Error::BatchTooLarge`] with the limit and how many items fit; [`Error::PrecisionUnavailable`] of
     /// f64 where the device lacks it, and of the reference; [`Error::IntegratorUnavailable`];
-    /// [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`]; [`Error::Gpu`].
+    /// [`Error::TooManyLoops`]; [`Error::Gpu`]. If the articulated-body algorithm is asked for,
+    /// [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::LoopsUnavailable`].
     pub fn new(
         device: &Device,
         model: &Model,
         items: usize,
         options: &BatchOptions,
     ) -> Result<Self, Error> {
-        let remedy = "take the items' steps one by one by `Simulation`, which does";
-        crate::loops::refuse_loops(model, "a batch on a GPU", remedy)?;
         let computes = match options.precision {
             Precision::F32 => true,
             Precision::F64 => device.features().contains(Features::SHADER_F64),
@@ -116,7 +114,7 @@ impl Batch {
         let choice = BatchChoice::of(model, items, options);
         // Of no item nothing is computed.
         if choice.algorithm == Algorithm::Aba && items > 0 {
-            super::check_bare(model, Kernels::Lanes)?;
+            super::check_bare(model)?;
         }
         let integrator = options.integrator.try_into()?;
         let fixed = Fixed::new(device, model, (items, choice.lanes as usize, integrator));
@@ -248,7 +246,7 @@ impl Batch {
         };
         match &mut self.engine {
             AnyEngine::Forest(forest) => forest.set_motor(fixed, (item, body), motor),
-            _ => Err(Kernels::Lanes.element_unavailable(&known.name)),
+            _ => Err(super::element_unavailable(&known.name)),
         }
     }
 
@@ -435,14 +433,31 @@ impl Batch {
     }
 
     fn error(&self, failure: &Failure) -> Error {
-        let body = self.fixed.model.bodies()[failure.body].name.clone();
+        let model = &self.fixed.model;
+        let body = || model.bodies()[failure.body].name.clone();
+        let name = || loops::names(model).nth(failure.body).unwrap_or_default();
+        let time = self.time_after(failure.item, failure.step);
         match failure.why {
-            Why::Singular => Error::SingularJoint { body },
-            Why::Unjoined(precision) => Error::Unjoined { body, precision },
+            Why::Singular => Error::SingularJoint { body: body() },
+            Why::Unjoined(precision) => Error::Unjoined {
+                body: body(),
+                precision,
+            },
             Why::Overflow(quantity) => Error::Overflow {
                 quantity,
-                body,
-                time: self.time_after(failure.item, failure.step),
+                body: body(),
+                time,
+            },
+            Why::LoopOpen(violation) => Error::LoopOpen {
+                name: name(),
+                violation,
+                limit: loops::OPEN,
+                time,
+            },
+            Why::LoopNotClosed(violation) => Error::LoopNotClosed {
+                name: name(),
+                violation,
+                time,
             },
         }
     }

@@ -35,62 +35,28 @@ pub use dca::{Options, PendingPoses, PoseBuffer, Simulation};
 use crate::{Error, Forces, Integrator};
 use vertebra_assembly::{JointKind, Model};
 
-/// Refuses what kernels do not compute rather than leave it out.
-pub(crate) fn check_model(model: &Model) -> Result<(), Error> {
-    if crate::loops::has_loops(model) {
-        return check_bare(model, Kernels::Loops);
-    }
-    Ok(())
-}
+/// What batches by the articulated-body algorithm are called, which compute neither screws nor what acts in joints, and
+/// what to take instead.
+const LANES: (&str, &str) = (
+    "batches by the articulated-body algorithm",
+    "ask for divide and conquer (`BatchOptions::algorithm`)",
+);
 
-/// Kernels that compute neither screws nor what acts in joints.
-#[derive(Clone, Copy, Debug)]
-enum Kernels {
-    /// Of closed loops.
-    Loops,
-    /// Of the recursion in lanes.
-    Lanes,
-}
-
-impl Kernels {
-    /// What users know them by, and what to take instead.
-    const fn describe(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Loops => (
-                "models with closed loops or couplings",
-                "simulate on `Device::cpu()`",
-            ),
-            Self::Lanes => (
-                "batches by the articulated-body algorithm",
-                "ask for divide and conquer (`BatchOptions::algorithm`)",
-            ),
-        }
-    }
-
-    fn element_unavailable(self, body: &str) -> Error {
-        let (by, remedy) = self.describe();
-        Error::ElementUnavailable {
-            body: body.to_owned(),
-            by,
-            remedy,
-        }
-    }
-
-    fn inertia_unavailable(self, body: &str) -> Error {
-        let (by, remedy) = self.describe();
-        Error::JointInertiaUnavailable {
-            body: body.to_owned(),
-            by,
-            remedy,
-        }
+fn element_unavailable(body: &str) -> Error {
+    let (by, remedy) = LANES;
+    Error::ElementUnavailable {
+        body: body.to_owned(),
+        by,
+        remedy,
     }
 }
 
-/// Refuses what such kernels do not compute.
-fn check_bare(model: &Model, kernels: Kernels) -> Result<(), Error> {
+/// Refuses what the recursion in lanes does not compute.
+fn check_bare(model: &Model) -> Result<(), Error> {
+    let (by, remedy) = LANES;
+    crate::loops::refuse_loops(model, by, remedy)?;
     let is_screw = |kind| matches!(kind, JointKind::Screw { .. });
     if let Some(body) = model.bodies().iter().find(|body| is_screw(body.joint.kind)) {
-        let (by, remedy) = kernels.describe();
         return Err(Error::JointUnavailable {
             body: body.name.clone(),
             by,
@@ -99,18 +65,20 @@ fn check_bare(model: &Model, kernels: Kernels) -> Result<(), Error> {
     }
     match model.first_element().and_then(|id| model.body(id)) {
         None => Ok(()),
-        Some(body) => Err(kernels.element_unavailable(&body.name)),
+        Some(body) => Err(element_unavailable(&body.name)),
     }
 }
 
 /// Refuses inertia of the freedoms' own, which the recursion in lanes does not compute.
 fn check_forces(model: &Model, forces: &Forces) -> Result<(), Error> {
+    let (by, remedy) = LANES;
     match forces.joint_inertia.iter().position(|&own| own != 0.0) {
         None => Ok(()),
-        Some(dof) => {
-            let body = crate::forces::body_of_dof(model, dof);
-            Err(Kernels::Lanes.inertia_unavailable(&body))
-        }
+        Some(dof) => Err(Error::JointInertiaUnavailable {
+            body: crate::forces::body_of_dof(model, dof),
+            by,
+            remedy,
+        }),
     }
 }
 

@@ -42,6 +42,7 @@ mod envelope;
 pub(crate) mod equation;
 mod exact;
 mod solve;
+mod work;
 
 use crate::link::Scales;
 use crate::tolerance::Method;
@@ -387,10 +388,15 @@ pub(crate) fn has_loops(model: &Model) -> bool {
     !model.loops().is_empty() || model.couplings().next().is_some()
 }
 
+/// The names of a model's loops and couplings.
+pub(crate) fn names(model: &Model) -> impl Iterator<Item = String> + '_ {
+    let loops = model.loops().iter().map(|closed| closed.name.clone());
+    loops.chain(model.couplings().map(|coupling| coupling.name))
+}
+
 /// The name of a model's first loop or coupling.
 pub(crate) fn first_loop(model: &Model) -> Option<String> {
-    let first = model.loops().first().map(|closed| closed.name.clone());
-    first.or_else(|| model.couplings().next().map(|coupling| coupling.name))
+    names(model).next()
 }
 
 /// Refuses a model that has this for a first loop.

@@ -2,7 +2,8 @@
 
 use crate::integrate::{Stages, Step};
 use crate::{
-    Elements, Error, Forces, Integrator, LoopForces, Monitor, Solver, Workspace, finite_results,
+    Elements, Error, Forces, Integrator, LoopForces, Monitor, Solver, Work, Workspace,
+    finite_results,
 };
 use vertebra_assembly::{Body, Model, State};
 
@@ -35,6 +36,8 @@ pub(super) struct Host {
     held: Option<Forces>,
     /// What acts in the joints; none until there is anything.
     pub(super) elements: Option<Box<Elements>>,
+    /// Work that loops have done \[J\].
+    pub(super) loop_work: f64,
 }
 
 impl Host {
@@ -46,6 +49,16 @@ impl Host {
             next: State::neutral(model),
             stages: Stages::new(model),
             held: None,
+            loop_work: 0.0,
+        }
+    }
+
+    /// Work done in the steps taken so far.
+    pub(super) fn work(&self) -> Work {
+        let elements = (self.elements.as_ref()).map_or_else(Work::default, |own| *own.work());
+        Work {
+            loops: self.loop_work,
+            ..elements
         }
     }
 
@@ -152,7 +165,7 @@ impl Host {
         let taken = step.take(integrator, solver, stages, &mut self.next);
         solver.end_step();
         taken?;
-        self.solver.close(model, &mut self.next, forces)?;
+        let loop_work = self.close_step(model, state, forces, (h, integrator))?;
         let time = state.time;
         finite_results(model, "joint rate", &self.next.qd, time)?;
         let overflowed = |body: &&Body| {
@@ -170,10 +183,37 @@ impl Host {
             let epsilon = self.solver.choice().tree.epsilon();
             elements.account((state, &self.next), (h, integrator), epsilon);
         }
+        self.loop_work += loop_work;
         core::mem::swap(state, &mut self.next);
         if let Some(monitor) = monitor {
             monitor.count(1);
         }
         Ok(())
+    }
+
+    /// Closes the loops at the end of a step; gives the work that they have done in it \[J\].
+    fn close_step(
+        &mut self,
+        model: &Model,
+        start: &State,
+        forces: &Forces,
+        (h, integrator): (f64, Integrator),
+    ) -> Result<f64, Error> {
+        if !self.solver.has_loops() {
+            return Ok(0.0);
+        }
+        let in_step = match integrator {
+            Integrator::SemiImplicitEuler => self.solver.loop_work(model, [start, &self.next], h),
+            Integrator::RungeKutta4 | Integrator::ImplicitMidpoint => 0.0,
+        };
+        let before = self.energy(model);
+        self.solver.close(model, &mut self.next, forces)?;
+        Ok(in_step + self.energy(model) - before)
+    }
+
+    /// Kinetic energy, that of rotors included, and potential energy at the end of a step \[J\].
+    fn energy(&mut self, model: &Model) -> f64 {
+        let rotors = (self.elements.as_ref()).map_or(0.0, |own| own.held(&self.next).rotors);
+        self.solver.energy(model, &self.next) + rotors
     }
 }

@@ -24,8 +24,7 @@ impl Runs {
             let options = crate::gpu::Options::default();
             let expected = Choice::with_gpu(model, gpu, &options)?;
             let forced = !device.is_where_faster();
-            let suits = crate::gpu::check_model(model).is_ok();
-            if forced || (expected.on_gpu && suits) {
+            if forced || expected.on_gpu {
                 match Self::on_gpu(gpu, model, &options, (expected, forced)) {
                     Err(Error::ModelTooLarge { .. }) if !forced => {}
                     outcome => return outcome,

@@ -5,6 +5,8 @@
 //! masses: [`Options`] says how long its unit is and how thick and dense the bones are. Every bone is a
 //! capsule from a joint to the next; a joint without any gets a ball.
 //!
+//! The motion is one of positions, and [`motors`] makes targets of it.
+//!
 //! BVH has y up. The root's joint is turned so that the model has z up, and positions q stay in the
 //! file's axes.
 //!
@@ -39,7 +41,7 @@ mod motion;
 mod skeleton;
 mod words;
 
-pub use motion::Motion;
+pub use motion::{Motion, motors};
 
 use crate::{FileError, Part, Problem, read_text};
 use std::path::Path;

@@ -5,7 +5,8 @@ use super::skeleton::{Channel, Skeleton};
 use super::words::Words;
 use crate::{FileError, Problem};
 use glam::{DQuat, DVec3};
-use vertebra_assembly::{JointKind, Model, ModelError, State};
+use vertebra_assembly::{BodyId, JointKind, Model, ModelError, State};
+use vertebra_dynamics::SphericalMotor;
 
 /// Positions of a model over time, at equal intervals.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,6 +144,47 @@ impl Motion {
         }
         Ok(())
     }
+}
+
+/// A motor for each spherical joint of a model, which strives for its orientation and rate in the state that is
+/// `wanted`, such as one of [`Motion::interpolate`]; `gains` gives stiffness [N m/rad] and damping [N m s/rad] by
+/// body. The root, which moves freely, has none.
+///
+/// ```
+/// use vertebra_dynamics::Simulation;
+/// use vertebra_files::bvh::{self, Options};
+///
+/// # let text = "HIERARCHY ROOT a { OFFSET 0 0 0 CHANNELS 3 Zrotation Xrotation Yrotation
+/// #     JOINT b { OFFSET 0 9 0 CHANNELS 3 Zrotation Xrotation Yrotation End Site { OFFSET 0 9 0 } } }
+/// #     MOTION Frames: 2 Frame Time: 0.1 0 0 0 0 0 0  0 0 0 0 40 0";
+/// let bvh::Capture { model, motion, .. } = bvh::parse(text, &Options::default())?;
+/// let mut wanted = motion.state(&model, 0.0)?;
+/// let mut simulation = Simulation::new(model.clone())?;
+/// for _ in 0..100 {
+///     motion.interpolate(&model, simulation.time(), &mut wanted)?;
+///     for (body, motor) in bvh::motors(&model, &wanted, |_| [50.0, 5.0]) {
+///         simulation.set_spherical_motor(body, motor)?;
+///     }
+///     simulation.step(1e-3)?;
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn motors<'a>(
+    model: &'a Model,
+    wanted: &'a State,
+    gains: impl Fn(BodyId) -> [f64; 2] + 'a,
+) -> impl Iterator<Item = (BodyId, SphericalMotor)> + 'a {
+    let bodies = model.body_ids().zip(model.bodies());
+    bodies.filter_map(move |(id, body)| {
+        if body.joint.kind != JointKind::Spherical {
+            return None;
+        }
+        let q = wanted.q.get(body.position_range())?;
+        let rate = wanted.qd.get(body.dof_range())?;
+        let [stiffness, damping] = gains(id);
+        let motor = SphericalMotor::orientation(DQuat::from_slice(q), stiffness, damping);
+        Some((id, motor.at_rate(DVec3::from_slice(rate))))
+    })
 }
 
 /// The frame before a time counted in frames, and the part of the way to the next.

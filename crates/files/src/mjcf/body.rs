@@ -13,7 +13,8 @@ use glam::{DMat3, DVec3};
 use std::collections::{BTreeMap, HashMap};
 use vertebra_assembly::xml::{Node, Reader, XmlProblem};
 use vertebra_assembly::{
-    BodyId, Joint, JointKind, Location, MassProperties, Model, ModelDescription, ModelError,
+    BodyId, Ignored, Joint, JointKind, Location, MassProperties, Model, ModelDescription,
+    ModelError,
 };
 use vertebra_spatial::Pose;
 
@@ -415,16 +416,33 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
         };
         let (description, mut loops) =
             coupling::read(&mut reader, self.sections, &known, description)?;
-        let model = description.build().map_err(|error| {
-            let of_loop = matches!(
-                error,
-                ModelError::SelfLoop { .. } | ModelError::CoupledFreedoms { .. }
-            );
-            let lines = if of_loop { &mut loops } else { &mut self.lines };
-            let place = error.culprit().and_then(|name| lines.remove(name));
-            let place = place.unwrap_or_else(|| reader.location(root));
-            FileError::new(place, Problem::Model(error))
-        })?;
+        let model = match description.build() {
+            Ok(model) => model,
+            Err(error) => {
+                let of_loop = matches!(
+                    error,
+                    ModelError::SelfLoop { .. } | ModelError::CoupledFreedoms { .. }
+                );
+                let lines = if of_loop { &mut loops } else { &mut self.lines };
+                let place = error.culprit().and_then(|name| lines.remove(name));
+                let place = place.unwrap_or_else(|| reader.location(root));
+                // A body may lack what a slip in a name has left out.
+                let owner = error.culprit().map(|name| format!("body `{name}`"));
+                let mut ignored = reader.into_ignored().into_iter();
+                let is_slip = |ignored: &Ignored| {
+                    let is_named = owner.as_ref() == Some(&ignored.owner);
+                    is_named && !ignored.is_attribute && ignored.why.is_some()
+                };
+                let problem = match ignored.find(is_slip) {
+                    Some(slip) => Problem::ModelAfterSlip {
+                        error,
+                        slip: Box::new(slip),
+                    },
+                    None => Problem::Model(error),
+                };
+                return Err(FileError::new(place, problem));
+            }
+        };
         let joints: BTreeMap<String, BodyId> = (self.joints.iter())
             .filter_map(|(joint, carrier)| Some(((*joint).to_owned(), model.find(&carrier.body)?)))
             .collect();

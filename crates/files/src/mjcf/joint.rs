@@ -4,9 +4,10 @@ use super::Sections;
 use super::content::Placed;
 use super::defaults::Element;
 use crate::{FileError, Problem};
+use core::f64::consts::PI;
 use glam::{DQuat, DVec3};
 use vertebra_assembly::xml::{Reader, XmlProblem};
-use vertebra_assembly::{Joint, JointKind, JointLimits, Spring};
+use vertebra_assembly::{BallRange, Joint, JointKind, Spring};
 use vertebra_spatial::Pose;
 
 /// A joint as the file states it.
@@ -107,17 +108,14 @@ pub(super) fn read<'n, 'a>(
     if element.flag(reader, "limited", automatic)? {
         let range = range.ok_or_else(|| missing(reader, element, "range"))?;
         match kind {
+            // From any axis, and by pi at most all of them.
+            JointKind::Spherical if range[1] * unit >= PI => {}
             JointKind::Spherical => {
-                let why =
-                    "the range of a ball joint is a cone, and joints have ranges of one number";
-                reader.ignore_attribute_because(element.source("range"), "range", why);
+                joint = joint.with_ball_range(BallRange::turn(range[1] * unit));
             }
             _ => {
-                joint.limits = Some(JointLimits {
-                    position: Some(range.map(|bound| (bound - reference) * unit)),
-                    velocity: None,
-                    effort: None,
-                });
+                let [lower, upper] = range.map(|bound| (bound - reference) * unit);
+                joint = joint.with_range(lower, upper);
             }
         }
     }

@@ -198,6 +198,7 @@ fn read_axis<'n, 'a>(
             position: range,
             velocity: strength(bound(reader, velocity, "velocity")?),
             effort: strength(bound(reader, effort, "effort")?),
+            ..JointLimits::default()
         };
         let states = range.is_some() || limits.velocity.is_some() || limits.effort.is_some();
         axis.limits = states.then_some(limits);

@@ -2,7 +2,7 @@
 
 use super::schedule::Schedule;
 use super::tree::Tree;
-use crate::gpu::{Kernels, check_bare};
+use crate::gpu::check_bare;
 use crate::{Algorithm, Integrator, Precision, cost};
 use core::fmt;
 use vertebra_assembly::Model;
@@ -30,7 +30,7 @@ pub struct BatchChoice {
     pub algorithm: Algorithm,
     /// Whether it was asked for.
     pub forced: bool,
-    /// Whether no other algorithm computes the model's screws, or what acts in its joints, in batches on a GPU.
+    /// Whether no other algorithm computes the model's loops or screws, or what acts in its joints, in batches on a GPU.
     pub only: bool,
     /// Lanes an item, of the articulated-body algorithm.
     pub lanes: u32,
@@ -68,7 +68,7 @@ impl BatchChoice {
         } else {
             Algorithm::Aba
         };
-        let is_bare = check_bare(model, Kernels::Lanes).is_ok();
+        let is_bare = check_bare(model).is_ok();
         let forced = options.algorithm.is_some() || options.lanes.is_some();
         Self {
             // Lanes are of the recursion alone.
@@ -97,7 +97,7 @@ impl fmt::Display for BatchChoice {
         let why = if self.forced {
             "as asked"
         } else if self.only {
-            "which alone computes screws and what acts in joints"
+            "which alone computes screws, loops and what acts in joints"
         } else {
             "expected to be faster"
         };

@@ -54,9 +54,13 @@ pub(super) enum Why {
     Unjoined(Precision),
     /// What overflowed.
     Overflow(&'static str),
+    /// By how much over its size the loop is open with which the step would begin.
+    LoopOpen(f64),
+    /// And with which it would end.
+    LoopNotClosed(f64),
 }
 
-/// Which item failed: the body, and why.
+/// Which item failed: the body, or the loop or coupling, and why.
 #[derive(Clone, Copy)]
 pub(super) struct Failure {
     pub(super) item: usize,

@@ -3,8 +3,10 @@
 
 use super::engine::{Failure, Fixed, Ran, Why};
 use crate::gpu::dca::{Options, PoseBuffer, Simulation};
-use crate::{Error, Forces, Integrator, Motor, Precision};
-use vertebra_assembly::{BodyDescription, BodyId, Model, ModelDescription, State};
+use crate::{Error, Forces, Integrator, Motor, Precision, loops};
+use vertebra_assembly::{
+    BodyDescription, BodyId, CouplingDescription, LoopDescription, Model, ModelDescription, State,
+};
 use vertebra_gpu::{Device, Timing};
 use vertebra_spatial::Pose;
 
@@ -34,6 +36,11 @@ impl Forest {
         };
         let simulation = Simulation::on(device, &copies(model, items)?, &options);
         let simulation = simulation.map_err(|error| match error {
+            Error::TooManyLoops { name, rows, fit } => Error::TooManyLoops {
+                name: of_item(&name).map_or(name.clone(), |(one, _)| one.to_owned()),
+                rows,
+                fit,
+            },
             Error::ModelTooLarge {
                 fit,
                 limit,
@@ -101,7 +108,7 @@ impl Forest {
     pub(super) fn solve(&mut self, fixed: &Fixed) -> Result<Option<f64>, Error> {
         self.failures[0] = None;
         if let Err(error) = self.simulation.solve() {
-            self.failures[0] = Some(self.failure(fixed, error, self.done)?);
+            self.failures[0] = Some(Self::failure(fixed, error, self.done)?);
         }
         Ok(self.simulation.gpu_time())
     }
@@ -120,7 +127,7 @@ impl Forest {
             Ok(()) => {}
             Err(Error::Step { step, source, .. }) => {
                 steps = small(step);
-                self.failures[1] = Some(self.failure(fixed, *source, self.done + steps)?);
+                self.failures[1] = Some(Self::failure(fixed, *source, self.done + steps)?);
             }
             Err(other) => return Err(other),
         }
@@ -131,21 +138,35 @@ impl Forest {
         })
     }
 
-    /// Which item's which body an error names.
-    fn failure(&self, fixed: &Fixed, error: Error, step: u32) -> Result<Failure, Error> {
-        let (name, why) = match &error {
-            Error::SingularJoint { body } => (body, Why::Singular),
-            Error::Unjoined { body, precision } => (body, Why::Unjoined(*precision)),
-            Error::Overflow { quantity, body, .. } => (body, Why::Overflow(quantity)),
+    /// Which item's which body, loop or coupling an error names.
+    fn failure(fixed: &Fixed, error: Error, step: u32) -> Result<Failure, Error> {
+        let open = |name, why| (name, why, true);
+        let (name, why, is_loop) = match &error {
+            Error::SingularJoint { body } => (body, Why::Singular, false),
+            Error::Unjoined { body, precision } => (body, Why::Unjoined(*precision), false),
+            Error::Overflow { quantity, body, .. } => (body, Why::Overflow(quantity), false),
+            Error::LoopOpen {
+                name, violation, ..
+            } => open(name, Why::LoopOpen(*violation)),
+            Error::LoopNotClosed {
+                name, violation, ..
+            } => open(name, Why::LoopNotClosed(*violation)),
             _ => return Err(error),
         };
-        let Some(body) = self.simulation.model().find(name) else {
+        let found = of_item(name).and_then(|(one, item)| {
+            let number = if is_loop {
+                loops::names(&fixed.model).position(|name| name == one)
+            } else {
+                fixed.model.find(one).map(BodyId::index)
+            };
+            Some((item, number?))
+        });
+        let Some((item, body)) = found else {
             return Err(error);
         };
-        let bodies = fixed.model.bodies().len();
         Ok(Failure {
-            item: body.index() / bodies,
-            body: body.index() % bodies,
+            item,
+            body,
             why,
             step,
         })
@@ -192,21 +213,51 @@ impl Forest {
     }
 }
 
-/// A model so many times, side by side; bodies are numbered after their names.
+/// What separates a name from the number of its item.
+const NUMBER: &str = " #";
+
+/// The name that something of an item has in the model, and the item.
+fn of_item(name: &str) -> Option<(&str, usize)> {
+    let (one, number) = name.rsplit_once(NUMBER)?;
+    Some((one, number.parse().ok()?))
+}
+
+/// A model so many times, side by side; bodies, loops and couplings are numbered after their names.
 fn copies(model: &Model, items: usize) -> Result<Model, Error> {
     let one = model.describe();
     let mut bodies = Vec::with_capacity(items * one.bodies.len());
+    let mut loops = Vec::with_capacity(items * one.loops.len());
+    let mut couplings = Vec::with_capacity(items * one.couplings.len());
     for item in 0..items {
-        let numbered = |name: &str| format!("{name} #{item}");
-        bodies.extend(one.bodies.iter().map(|body| BodyDescription {
-            name: numbered(&body.name),
-            parent: body.parent.as_deref().map(numbered),
-            joint: body.joint.clone(),
-            mass: body.mass,
+        let numbered = |name: &str| format!("{name}{NUMBER}{item}");
+        bodies.extend(one.bodies.iter().map(|body| {
+            let mut joint = body.joint.clone();
+            if let Some(mimic) = &mut joint.mimic {
+                mimic.body = numbered(&mimic.body);
+            }
+            BodyDescription {
+                name: numbered(&body.name),
+                parent: body.parent.as_deref().map(numbered),
+                joint,
+                mass: body.mass,
+            }
+        }));
+        loops.extend(one.loops.iter().map(|closed| LoopDescription {
+            name: numbered(&closed.name),
+            bodies: (closed.bodies.each_ref()).map(|body| body.as_deref().map(numbered)),
+            ..closed.clone()
+        }));
+        couplings.extend(one.couplings.iter().map(|coupling| CouplingDescription {
+            name: numbered(&coupling.name),
+            body: numbered(&coupling.body),
+            other: numbered(&coupling.other),
+            ..coupling.clone()
         }));
     }
     Ok(ModelDescription {
         bodies,
+        loops,
+        couplings,
         frames: Vec::new(),
         ..one
     }

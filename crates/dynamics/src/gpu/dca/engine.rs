@@ -337,17 +337,18 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         for _ in 0..count {
             match integrator {
                 Explicit::SemiImplicitEuler => {
-                    for attempt in attempts.min(1)..=attempts {
+                    let first = attempts.min(1);
+                    for attempt in first..=attempts {
                         self.solve(Advance::Euler, 0, attempt);
                     }
-                    self.close(Closing::Positions, 0);
+                    self.close(Closing::Positions, 0, first);
                     self.turn_parts(Commit::Step);
                 }
                 Explicit::RungeKutta4 => {
                     for stage in 0..4 {
                         self.solve(Advance::RungeKutta, stage, 0);
                         let commit = if stage == 3 {
-                            self.close(Closing::Positions, 0);
+                            self.close(Closing::Positions, 0, 0);
                             Commit::Step
                         } else {
                             Commit::Keep
@@ -392,19 +393,20 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             (Advance::RungeKutta, 0) => STARTS,
             (Advance::RungeKutta, _) => 0,
         };
-        self.close(Closing::Accelerations, how);
+        self.close(Closing::Accelerations, how, attempt);
         if advance != Advance::None {
             let layer = Layer {
                 count: self.tables.sizes.slots,
                 stage,
+                attempt,
                 ..Layer::default()
             };
             self.chunks(&self.dca.advance_joints(advance), layer, Self::looped);
         }
     }
 
-    /// Loops put right, if there are any; `how` has bits of the kernel's.
-    fn close(&mut self, what: Closing, how: u32) {
+    /// Loops put right, if there are any, in this attempt of a step; `how` has bits of the kernel's.
+    fn close(&mut self, what: Closing, how: u32, attempt: u32) {
         let Some(loops) = self.tables.loops else {
             return;
         };
@@ -418,6 +420,7 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                 starts: loops.starts + first,
                 ways: what as u32,
                 sweep: how,
+                attempt,
                 ..Layer::default()
             };
             let uniform = self.recording.buffer_from("layer", &[layer]);

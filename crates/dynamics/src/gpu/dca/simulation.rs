@@ -9,7 +9,7 @@ use super::scalar::Scalar;
 use super::tables::Tables;
 use super::transfer::Transfer;
 use crate::dca::plan::{self, Plan};
-use crate::gpu::{Explicit, Kernels};
+use crate::gpu::Explicit;
 use crate::link::Scales;
 use crate::loops::{self, Loops};
 use crate::{Elements, Error, Forces, Integrator, Precision};
@@ -86,8 +86,7 @@ impl Simulation {
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
     /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::JointUnavailable`], [`Error::ElementUnavailable`], [`Error::TooManyLoops`];
-    /// [`Error::Gpu`].
+    /// fit; [`Error::SphericalElementUnavailable`], [`Error::TooManyLoops`]; [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         let elements = model.first_element().map(|_| Elements::new(model).into());
         Self::with_elements(device, model, options, elements)
@@ -100,7 +99,9 @@ impl Simulation {
         options: &Options,
         elements: Option<Box<Elements>>,
     ) -> Result<Self, Error> {
-        crate::gpu::check_model(model)?;
+        if let Some(elements) = &elements {
+            elements.check_spherical()?;
+        }
         let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
@@ -218,11 +219,15 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
-        let own = forces.joint_inertia.iter().position(|&own| own != 0.0);
-        if let (None, Some(dof)) = (&self.elements, own) {
-            let body = crate::forces::body_of_dof(&self.model, dof);
-            let elements = Elements::new(&self.model).into();
-            self.take_elements(elements, (&body, Kernels::inertia_unavailable))?;
+        let mut across = forces.joint_inertia_across.iter();
+        if let Some(dof) = across.position(|&own| own != 0.0) {
+            return Err(Error::SphericalElementUnavailable {
+                body: crate::forces::body_of_dof(&self.model, dof),
+            });
+        }
+        let has_own = forces.joint_inertia.iter().any(|&own| own != 0.0);
+        if self.elements.is_none() && has_own {
+            self.take_elements(Elements::new(&self.model).into())?;
         }
         let mut control = vec![0; self.control.len()];
         let pushes = self.transfer().pushes(forces, &mut control);

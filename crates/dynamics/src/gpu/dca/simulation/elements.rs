@@ -2,10 +2,10 @@
 
 use super::{Engines, Simulation};
 use crate::elements::PASSES;
+use crate::gpu::Explicit;
 use crate::gpu::dca::Options;
 use crate::gpu::dca::engine::{JOINT_FORCES, Task};
-use crate::gpu::{Explicit, Kernels};
-use crate::{Elements, Error, Forces, Motor, Work};
+use crate::{Elements, Error, Forces, Motor, SphericalMotor, Work};
 use vertebra_assembly::{BodyId, Model};
 use vertebra_gpu::Timing;
 use vertebra_shaders::dca::{DRIVEN_NUMBERS, MOST_ATTEMPTS};
@@ -19,8 +19,7 @@ impl Simulation {
     /// Sets the motor of a body's joint; the device is given it with the next step.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`], of models with closed loops
-    /// [`Error::ElementUnavailable`]; the motor is then as it was. The first
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; the motor is then as it was. The first
     /// motor of a model without elements takes kernels and memory of its own, for which [`Error::ModelTooLarge`]
     /// and [`Error::Gpu`] are possible.
     pub fn set_motor(&mut self, body: BodyId, motor: Motor) -> Result<(), Error> {
@@ -31,8 +30,21 @@ impl Simulation {
         }
         let mut elements = Box::new(Elements::new(&self.model));
         elements.set_motor(body, motor)?;
-        let name = self.model.bodies()[body.index()].name.clone();
-        self.take_elements(elements, (&name, Kernels::element_unavailable))
+        self.take_elements(elements)
+    }
+
+    /// Refuses the motor of a spherical joint, which no kernel computes.
+    ///
+    /// # Errors
+    /// [`Error::SphericalElementUnavailable`] of every motor that is not off.
+    pub fn set_spherical_motor(
+        &mut self,
+        body: BodyId,
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        let mut elements = Elements::new(&self.model);
+        elements.set_spherical_motor(body, motor)?;
+        elements.check_spherical()
     }
 
     /// What acts in the joints; none where nothing ever did. [`work`](Self::work) is done on the device, and not
@@ -78,16 +90,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes on with kernels for elements, the first of which acts in a body's joint; `refused` says what that is where
-    /// there are no such kernels.
-    pub(super) fn take_elements(
-        &mut self,
-        elements: Box<Elements>,
-        (body, refused): (&str, fn(Kernels, &str) -> Error),
-    ) -> Result<(), Error> {
-        if crate::loops::has_loops(&self.model) {
-            return Err(refused(Kernels::Loops, body));
-        }
+    /// Goes on with kernels for elements.
+    pub(super) fn take_elements(&mut self, elements: Box<Elements>) -> Result<(), Error> {
         let state = self.state()?;
         let device = in_engine!(&self.engines, engine => engine.device().clone());
         let timing = in_engine!(&self.engines, engine => engine.timing());
