@@ -254,6 +254,46 @@ fn forces_in_the_joints() {
     }
 }
 
+/// What a correction changes is the error there was, to a tenth, as long as that is more than rounding: of solutions
+/// that masses have cost digits, by the recursion and over joins in f32, and of corrected ones.
+#[test]
+fn changes_are_the_errors_before() {
+    let mut told = 0;
+    for masses in [
+        Masses::Equal,
+        Masses::HeavyLast(1e8),
+        Masses::Alternating(1e4),
+        Masses::Decades(8.0),
+        Masses::HeavyTips(1e4),
+    ] {
+        for (reach, seed) in [(1, 1), (1, 2), (4, 3), (4, 4)] {
+            let model = generate::uneven_tree(200, reach, &Rod::default(), &masses, seed).unwrap();
+            let (state, forces) = inputs(&model, seed);
+            let reference = reference(&model, &state, &forces);
+            let error = |qdd: &[f64]| forward_error(qdd, &reference).unwrap();
+            let mut recursion = Workspace::new(&model, Precision::F64);
+            aba(&model, &state, &forces, &mut recursion).unwrap();
+            let mut joined = tree(&model, Precision::F64, Precision::F32, 32);
+            dca(&model, &state, &forces, &mut joined).unwrap();
+            let floor = 256.0 * f64::EPSILON * 200.0_f64.sqrt();
+            let mut check = |name: &str, before: f64, change: f64| {
+                let label = format!("{masses:?}, reach {reach}, {name}: {change:e}, {before:e}");
+                assert!((change - before).abs() <= 0.1 * before + floor, "{label}");
+                told += usize::from(before > 10.0 * floor);
+            };
+            for _ in 0..2 {
+                let before = error(recursion.joint_accelerations().unwrap());
+                let change = refine(&forces, &mut recursion).unwrap().change;
+                check("recursion", before, change);
+                let before = error(joined.joint_accelerations().unwrap());
+                let change = refine(&forces, &mut joined).unwrap().change;
+                check("tree", before, change);
+            }
+        }
+    }
+    assert!(told >= 20, "{told} errors beyond rounding");
+}
+
 /// Whatever the number of threads, the same bits.
 #[test]
 fn threads_change_nothing() {
