@@ -116,8 +116,12 @@ fn driven(mut simulation: Simulation, machine: &Machine) -> Result<Simulation, E
     Ok(simulation)
 }
 
-/// The same of a GPU: accelerations and steps in every precision it has, bare and of the machine.
-pub(super) fn of_gpu(case: &Case, device: &Device, mut heard: impl FnMut(&'static str, Answer)) {
+/// The same of a GPU: accelerations and steps in every precision it has, bare and, if asked for, of the machine.
+pub(super) fn of_gpu(
+    case: &Case,
+    (device, machines): (&Device, bool),
+    mut heard: impl FnMut(&'static str, Answer),
+) {
     let mut ask = |question, answer| heard(question, judged(answer));
     let has_f64 = device.features().contains(Features::SHADER_F64);
     let (f32, f64) = (Precision::F32, Precision::F64);
@@ -137,7 +141,7 @@ pub(super) fn of_gpu(case: &Case, device: &Device, mut heard: impl FnMut(&'stati
         };
         let on = |model: &Model| Simulation::on_gpu(device, model.clone(), &options);
         ask(question, steps(case, on(&case.model)));
-        if let Some(Ok(machine)) = &case.machine {
+        if let (Some(Ok(machine)), true) = (&case.machine, machines) {
             let simulation = on(&machine.model);
             let simulation = simulation.and_then(|simulation| driven(simulation, machine));
             ask(of_machine, steps(case, simulation));

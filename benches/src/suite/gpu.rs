@@ -136,8 +136,8 @@ pub fn device() -> Result<Device, vertebra_gpu::Error> {
 
 /// Wild models answered with numbers or errors, and the device as it was.
 fn no_nan(device: &Device) -> Outcome {
-    let models = if is_software(device) { 16 } else { 256 };
-    crate::fuzz::no_nan_on(device, models)
+    let is_software = is_software(device);
+    crate::fuzz::no_nan_on(device, if is_software { 24 } else { 128 }, is_software)
 }
 
 /// A figure that is 0 where a statement holds.
