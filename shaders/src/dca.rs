@@ -33,10 +33,6 @@ pub struct Sizes {
     pub leaves: u32,
     /// Side branches and sums of them.
     pub rakes: u32,
-    /// Side branches of one chunk, which come first.
-    pub single_rakes: u32,
-    /// Side branches of several chunks, which follow.
-    pub path_rakes: u32,
     /// 1 if bodies carry others' paths, else 0.
     pub carriers: u32,
     /// 1 if every joint has one freedom, else 0.
@@ -283,6 +279,20 @@ impl Dca {
         advancing(kernel, advance)
     }
 
+    /// Solves the first round's chunks before a correction, and gathers what is left of their bodies' equations.
+    #[must_use]
+    pub fn resolve_chunks(self) -> Kernel {
+        let kernel = self.dynamics("resolve_chunks", self.chunks, CHUNK_LANES);
+        let kernel = self.with_reassembly(self.with_chunks(kernel));
+        let parts = [
+            part!("resolve_chunks"),
+            part!("leading"),
+            part!("rakes_none"),
+            part!("reassemble_rakes_none"),
+        ];
+        advancing(parts.into_iter().fold(kernel, Kernel::with), Advance::None)
+    }
+
     /// Rounds of joins alone, in the precision of the tree.
     #[must_use]
     pub fn join_parts(self) -> Kernel {
@@ -309,23 +319,13 @@ impl Dca {
     #[must_use]
     pub fn rework_parts(self, advance: Advance) -> Kernel {
         let kernel = self.with_chunks(self.rejoining("rework_parts", self.chunks, MIXED_LANES));
-        let leaf = if self.leaves {
-            part!("reassemble_leaf")
-        } else {
-            part!("reassemble_leaf_none")
-        };
-        let several = if self.several {
-            part!("reassemble_several")
-        } else {
-            part!("reassemble_several_none")
-        };
         let parts = [
-            part!("reassemble"),
             part!("rework_parts"),
             part!("rakes_none"),
+            part!("reassemble_rakes"),
         ];
-        let parts = parts.into_iter().chain([leaf, several]);
-        advancing(parts.fold(kernel, Kernel::with), advance)
+        let kernel = self.with_reassembly(kernel);
+        advancing(parts.into_iter().fold(kernel, Kernel::with), advance)
     }
 
     /// Kernels of every kind, of all there is and of the least, with what they are.
@@ -365,6 +365,7 @@ impl Dca {
         ];
         if self.refined {
             kernels.extend([
+                self.resolve_chunks(),
                 self.rejoin_parts(),
                 self.work_parts(Advance::None),
                 self.rework_parts(Advance::Euler),
@@ -493,6 +494,23 @@ impl Dca {
         } else {
             part!("attempts_none")
         }
+    }
+
+    /// Adds what chunks are corrected with, of what the model has.
+    fn with_reassembly(self, kernel: Kernel) -> Kernel {
+        let leaf = if self.leaves {
+            part!("reassemble_leaf")
+        } else {
+            part!("reassemble_leaf_none")
+        };
+        let several = if self.several {
+            part!("reassemble_several")
+        } else {
+            part!("reassemble_several_none")
+        };
+        [part!("reassemble"), leaf, several]
+            .into_iter()
+            .fold(kernel, Kernel::with)
     }
 
     /// What pitches screws have.

@@ -100,7 +100,7 @@ impl<T: Real> OwnInertia<'_, T> {
             }
         }
         let trace = e[0][0] + e[1][1] + e[2][2];
-        let least = T::from_f64(8.0) * T::EPSILON * trace;
+        let least = T::from_f64(16.0) * T::EPSILON * trace;
         [0, 1, 2].map(|k| {
             let moment = if e[k][k] > least { e[k][k] } else { T::ZERO };
             (axes.map(|row| row[k]), moment)

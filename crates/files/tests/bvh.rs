@@ -134,7 +134,7 @@ fn motors_follow_the_motion() {
             let range = body.position_range();
             let [found, wanted] = [found, &wanted.q].map(|q| DQuat::from_slice(&q[range.clone()]));
             let off = found.angle_between(wanted);
-            assert!(off <= 5e-3, "{}: {off}", body.name);
+            assert!(off <= 1e-2, "{}: {off}", body.name);
         }
     }
 }

@@ -439,11 +439,8 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                 attempt,
                 ..self.leading(stage)
             };
-            let advance = if sweep == sweeps {
-                advance
-            } else {
-                Advance::None
-            };
+            let is_last = sweep == sweeps;
+            let advance = if is_last { advance } else { Advance::None };
             if sweep == 0 {
                 self.chunks(&dca.assemble_chunks(), layer, Self::dynamics);
             }
@@ -455,7 +452,12 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                     (false, _) => dca.rejoin_parts(),
                 }
             });
-            self.chunks(&dca.solve_chunks(advance), layer, Self::dynamics);
+            let chunks = if is_last {
+                dca.solve_chunks(advance)
+            } else {
+                dca.resolve_chunks()
+            };
+            self.chunks(&chunks, layer, Self::dynamics);
         }
     }
 

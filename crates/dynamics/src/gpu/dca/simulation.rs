@@ -110,7 +110,7 @@ impl Simulation {
         let weights = plan::weights(model, tree.epsilon());
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
-        let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
+        let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(model, &weights))?;
         let plan = Plan::new(model, schedule, &weights);
         let scales = Scales::of_model(model);
         let rows = elements.as_ref().map(|elements| elements.rows(&scales));
