@@ -147,7 +147,7 @@ mod tests {
     fn cases_are_chosen_by_parts_of_their_names() {
         let chosen = |part: &str| chosen(&[part.to_owned()]).map(|cases| cases.len());
         assert_eq!(chosen("chain, equal").unwrap(), 1);
-        assert_eq!(chosen("decades").unwrap(), 4);
+        assert_eq!(chosen("decades").unwrap(), 5);
         let error = chosen("chian").unwrap_err().to_string();
         assert!(
             error.contains("`chian`") && error.contains("chain, equal"),

@@ -33,10 +33,6 @@ pub struct Sizes {
     pub leaves: u32,
     /// Side branches and sums of them.
     pub rakes: u32,
-    /// Side branches of one chunk, which come first.
-    pub single_rakes: u32,
-    /// Side branches of several chunks, which follow.
-    pub path_rakes: u32,
     /// 1 if bodies carry others' paths, else 0.
     pub carriers: u32,
     /// 1 if every joint has one freedom, else 0.
@@ -128,7 +124,8 @@ pub const MOST_ATTEMPTS: u32 = 12;
 /// its force at position and rate zero, the position it strives for, its gains, and its limit.
 pub const DRIVEN_NUMBERS: usize = 7;
 
-/// Sums of work that are kept of each freedom: of motors, springs, dampers, friction and stops.
+/// Sums of work that are kept of each freedom: of motors, springs, dampers, friction and stops. One of loops follows where
+/// there are any.
 pub const WORKS: usize = 5;
 
 /// Words of a join in a table of rounds.
@@ -218,6 +215,8 @@ pub struct Dca {
     pub elements: bool,
     /// Whether joints are screws.
     pub screws: bool,
+    /// Whether loops are closed.
+    pub loops: bool,
     /// Whether solutions are corrected.
     pub refined: bool,
 }
@@ -238,6 +237,7 @@ impl Dca {
             several: true,
             elements: true,
             screws: true,
+            loops: true,
             refined: false,
         }
     }
@@ -279,6 +279,20 @@ impl Dca {
         advancing(kernel, advance)
     }
 
+    /// Solves the first round's chunks before a correction, and gathers what is left of their bodies' equations.
+    #[must_use]
+    pub fn resolve_chunks(self) -> Kernel {
+        let kernel = self.dynamics("resolve_chunks", self.chunks, CHUNK_LANES);
+        let kernel = self.with_reassembly(self.with_chunks(kernel));
+        let parts = [
+            part!("resolve_chunks"),
+            part!("leading"),
+            part!("rakes_none"),
+            part!("reassemble_rakes_none"),
+        ];
+        advancing(parts.into_iter().fold(kernel, Kernel::with), Advance::None)
+    }
+
     /// Rounds of joins alone, in the precision of the tree.
     #[must_use]
     pub fn join_parts(self) -> Kernel {
@@ -305,23 +319,13 @@ impl Dca {
     #[must_use]
     pub fn rework_parts(self, advance: Advance) -> Kernel {
         let kernel = self.with_chunks(self.rejoining("rework_parts", self.chunks, MIXED_LANES));
-        let leaf = if self.leaves {
-            part!("reassemble_leaf")
-        } else {
-            part!("reassemble_leaf_none")
-        };
-        let several = if self.several {
-            part!("reassemble_several")
-        } else {
-            part!("reassemble_several_none")
-        };
         let parts = [
-            part!("reassemble"),
             part!("rework_parts"),
             part!("rakes_none"),
+            part!("reassemble_rakes"),
         ];
-        let parts = parts.into_iter().chain([leaf, several]);
-        advancing(parts.fold(kernel, Kernel::with), advance)
+        let kernel = self.with_reassembly(kernel);
+        advancing(parts.into_iter().fold(kernel, Kernel::with), advance)
     }
 
     /// Kernels of every kind, of all there is and of the least, with what they are.
@@ -335,6 +339,7 @@ impl Dca {
             let least = Self {
                 leaves: false,
                 several: false,
+                loops: false,
                 ..bare
             };
             [dca, bare, least]
@@ -360,13 +365,16 @@ impl Dca {
         ];
         if self.refined {
             kernels.extend([
+                self.resolve_chunks(),
                 self.rejoin_parts(),
                 self.work_parts(Advance::None),
                 self.rework_parts(Advance::Euler),
             ]);
         } else {
             kernels.extend([self.turn_parts(), self.place_chunks()]);
-            kernels.extend(self.loop_kernels());
+            if self.loops {
+                kernels.extend(self.loop_kernels());
+            }
             let advances = [Advance::None, Advance::Euler, Advance::RungeKutta];
             kernels.extend(advances.map(|advance| self.work_parts(advance)));
         }
@@ -405,13 +413,14 @@ impl Dca {
     fn motion(self, name: &'static str, lanes: u32) -> Kernel {
         let kernel = Kernel::new(name, MOTION_PARTS, MOTION, [lanes, 1, 1]);
         let kernel = self.precise(kernel, self.chunks);
-        let works = if self.elements {
+        let works = if self.elements || self.loops {
             part!("works")
         } else {
             part!("works_none")
         };
         let parts = [works, self.pitch(), part!("attempts_none")];
         let kernel = parts.into_iter().fold(kernel, Kernel::with);
+        let kernel = kernel.with_text(self.works());
         kernel.stride("poses", 4 * self.chunks.bytes())
     }
 
@@ -470,6 +479,12 @@ impl Dca {
             .constant("SOLVED_TO", self.tree.epsilon())
             .constant("FIRMNESS", 0.1 / self.tree.epsilon().sqrt())
             .constant("MOST_ATTEMPTS", MOST_ATTEMPTS)
+            .with_text(self.works())
+    }
+
+    /// How many sums of work are kept of a freedom.
+    fn works(self) -> String {
+        format!("const WORKS = {}u;\n", WORKS + usize::from(self.loops))
     }
 
     /// Whether a dispatch is one of several that a step may need.
@@ -479,6 +494,23 @@ impl Dca {
         } else {
             part!("attempts_none")
         }
+    }
+
+    /// Adds what chunks are corrected with, of what the model has.
+    fn with_reassembly(self, kernel: Kernel) -> Kernel {
+        let leaf = if self.leaves {
+            part!("reassemble_leaf")
+        } else {
+            part!("reassemble_leaf_none")
+        };
+        let several = if self.several {
+            part!("reassemble_several")
+        } else {
+            part!("reassemble_several_none")
+        };
+        [part!("reassemble"), leaf, several]
+            .into_iter()
+            .fold(kernel, Kernel::with)
     }
 
     /// What pitches screws have.

@@ -100,6 +100,7 @@ pub const CHECKS: &[GpuCheck] = &[
     check("dynamics_long", dynamics::long),
     check("dynamics_loops", loops::loops),
     check("dynamics_loaded_loops", loops::loaded),
+    check("loop_violations", loops::violations),
     check("dca_overflow", dynamics::overflow),
     check("dynamics_device_lost", dynamics::device_lost),
     check("no_nan", no_nan),

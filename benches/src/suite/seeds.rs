@@ -154,36 +154,47 @@ impl Bounds {
 }
 
 impl Bounds {
-    /// What a GPU may do. Its chunks have 4 joints, 8 with corrections: more of what comes out of f32 joins is
-    /// left, and heavy tips cost what they cost a recursion. Corrections take out what joins have lost, each by
-    /// the same factor, and nothing of what masses cost inside a chunk.
+    /// What a GPU may do. Its chunks have 4 joints, 8 with corrections and next to heavy bodies: more of what comes out of
+    /// f32 joins is left. Each correction takes out what joins, and masses inside a chunk, have lost, by the same factor
+    /// again, down to the rounding of the bodies' equations.
     pub(super) fn on_gpu(case: &Case, entry: &Entry) -> Option<Self> {
-        let lost = match case.shape {
-            Shape::Hard(hard) => hard.lost(entry.bodies).solution,
-            _ => lost(case, false),
+        let (lost, left) = match case.shape {
+            Shape::Hard(hard) => {
+                let lost = hard.lost(entry.bodies);
+                (lost.solution, lost.twice)
+            }
+            _ => (lost(case, false), slender(case)),
         };
         #[expect(clippy::cast_precision_loss, reason = "a size in a bound")]
         let walk = (entry.bodies as f64).sqrt();
-        let plain = |epsilon: f64| Self {
+        let plain = |epsilon: f64, lost: f64| Self {
             median: 32.0 * walk * epsilon * lost,
             max: 512.0 * walk * epsilon * lost,
         };
-        let chunks = plain(f64::EPSILON);
+        let chunks = plain(f64::EPSILON, lost);
+        let equations = plain(f64::EPSILON, left);
         let joins = slender(case) * lost.sqrt();
         let corrected = |sweeps: i32| Self {
-            median: (4e-6 * joins).powi(1 + sweeps) + chunks.median,
-            max: (2e-4 * joins).powi(1 + sweeps) + chunks.max,
+            median: (4e-6 * joins).powi(1 + sweeps) + equations.median,
+            max: (2e-4 * joins).powi(1 + sweeps) + equations.max,
         };
         let bounds = match (entry.method.as_str(), entry.precision.as_str()) {
             (TOLERANCE_METHOD, _) => Self {
                 median: TOLERANCE,
                 max: TOLERANCE,
             },
-            ("dca", "f64/f32") => corrected(0),
+            ("dca", "f64/f32") => Self {
+                median: 4e-6 * joins + chunks.median,
+                max: 2e-4 * joins + chunks.max,
+            },
             ("dca+1", "f64/f32") => corrected(1),
             ("dca+2", "f64/f32") => corrected(2),
+            ("dca+1", "f64") => Self {
+                median: chunks.median.powi(2) + equations.median,
+                max: chunks.max.powi(2) + equations.max,
+            },
             (_, "f64") => chunks,
-            _ => plain(f32::EPSILON.into()),
+            _ => plain(f32::EPSILON.into(), lost),
         };
         (bounds.max < 1.0).then_some(bounds)
     }

@@ -191,8 +191,10 @@ pub enum ModelError {
         /// The body.
         body: String,
     },
-    /// A loop between a body and itself, or a joint coupled to itself.
-    #[error("`{name}` connects a body to itself; name two bodies, or one and the world")]
+    /// A loop between a body and itself or the world and itself, or a joint coupled to itself.
+    #[error(
+        "`{name}` connects a body to itself, or the world; name two bodies, or one and the world"
+    )]
     SelfLoop {
         /// The loop or coupling.
         name: String,

@@ -139,7 +139,10 @@ pub enum Error {
     },
     /// An implicit step whose equations are not solved.
     #[error(
-        "a step of {step} s is too long for the implicit midpoint rule: {iterations} iterations left a change of {change:.0e}; take smaller steps"
+        "a step of {step} s is too long for the implicit midpoint rule: {iterations} iterations left a change of {change:.0e}; take smaller steps{}",
+        .near.as_deref().map_or_else(String::new, |name| format!(
+            ", or use Runge-Kutta: `{name}` may be near a position in which it jams or may move in another way"
+        ))
     )]
     NotConverged {
         /// Length of the step \[s\].
@@ -148,6 +151,8 @@ pub enum Error {
         iterations: u32,
         /// Change of the rates by the last one, as part of the largest rate.
         change: f64,
+        /// The loop or coupling that is nearest to a singular position, if there are any.
+        near: Option<String>,
     },
     /// A tolerance that no method meets here.
     #[error(
@@ -232,7 +237,7 @@ pub enum Error {
     },
     /// A loop that cannot be closed.
     #[error(
-        "`{name}` stays open by {violation:.0e} of its size at t = {time} s; the state before is kept: take smaller steps, or start from a state in which the loop can close"
+        "`{name}` stays open by {violation:.0e} of its size at t = {time} s; the state before is kept: what it connects may be too far apart to meet, or a position in which it jams be in between. Set a state nearer to a closed one, check the frames of the loop, or take smaller steps"
     )]
     LoopNotClosed {
         /// The loop or coupling.

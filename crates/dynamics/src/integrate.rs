@@ -255,6 +255,7 @@ impl Step<'_> {
                     step: h,
                     iterations: iteration,
                     change: change / largest,
+                    near: solver.nearest_singular(),
                 });
             }
             first = first.min(change);

@@ -394,6 +394,12 @@ impl Solver {
         Some(self.loops.as_mut()?.violation(model, state))
     }
 
+    /// Name of the loop or coupling that is nearest to a singular position in the last solution.
+    pub(crate) fn nearest_singular(&self) -> Option<String> {
+        let loops = self.loops.as_ref()?;
+        Some(loops.nearest_singular().to_owned())
+    }
+
     /// Work of the loops' forces in a step of `h` \[s\] under those of the last solution, before its end is closed \[J\].
     pub(crate) fn loop_work(&mut self, model: &Model, ends: [&State; 2], h: f64) -> f64 {
         (self.loops.as_mut()).map_or(0.0, |loops| loops.work(model, ends, h))

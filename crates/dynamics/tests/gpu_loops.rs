@@ -315,10 +315,15 @@ fn mechanisms_move_as_on_the_cpu() {
             Precision::F32 => 1e-4,
             _ => 1e-9,
         };
-        for (model, state) in mechanisms() {
+        for (index, (model, state)) in mechanisms().into_iter().enumerate() {
+            // Kernels take their time to compile, for each precision and integrator.
+            let is_third = index % 3 == 0;
+            if precisions.1 != Precision::F64 && !is_third {
+                continue;
+            }
             for integrator in [Integrator::SemiImplicitEuler, Integrator::RungeKutta4] {
-                // Kernels take their time to compile; the closing is the same.
-                if integrator == Integrator::RungeKutta4 && precisions.1 != Precision::F64 {
+                let is_higher = integrator == Integrator::RungeKutta4;
+                if is_higher && !(is_third && precisions.1 == Precision::F64) {
                     continue;
                 }
                 let mut host = Simulation::new(model.clone())
@@ -339,6 +344,14 @@ fn mechanisms_move_as_on_the_cpu() {
                 for simulation in [&mut host, &mut remote] {
                     simulation.steps(1e-3, 20).unwrap();
                 }
+                let [done, expected] = [&mut remote, &mut host].map(|s| s.work().unwrap().loops);
+                let energy = host.mechanics().unwrap();
+                let energy = energy.kinetic_energy + energy.potential_energy.abs();
+                assert!(
+                    (done - expected).abs() <= bound * energy,
+                    "{} {precisions:?} {integrator:?}: work {done:e}, {expected:e}",
+                    model.name()
+                );
                 let violation = remote.loop_violation().unwrap().unwrap();
                 assert!(violation.position <= left, "{precisions:?}: {violation:?}");
                 let (a, b) = (host.state().unwrap(), remote.state().unwrap());

@@ -19,11 +19,11 @@ pub const CONSTRAINT: u32 = 13;
 pub const EQUATION: u32 = 7;
 
 /// Numbers that are kept of a body of a group.
-pub const BODY_NUMBERS: u32 = 59;
+pub const BODY_NUMBERS: u32 = 60;
 /// Numbers that are kept of a freedom.
 pub const FREEDOM_NUMBERS: u32 = 8;
 /// Numbers that are kept of a row, beside its entries.
-pub const ROW_NUMBERS: u32 = 5;
+pub const ROW_NUMBERS: u32 = 6;
 
 /// Equations of a group at most: what they ask for is kept on chip.
 pub const MOST_ROWS: u32 = 1024;
@@ -118,6 +118,7 @@ impl Dca {
             part!("factor"),
             part!("respond"),
             part!("move"),
+            part!("work"),
             part!("close_loops"),
         ];
         let (memory, numbers, rows) = if on_chip {
@@ -171,6 +172,7 @@ impl Dca {
         let kernel = if self.elements {
             self.with_elements(kernel)
         } else {
+            let kernel = kernel.with_text(self.works());
             kernel.with(include_str!("../../wgsl/dca/settle_none.wgsl"))
         };
         self.precise(kernel, self.chunks)

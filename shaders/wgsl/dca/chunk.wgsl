@@ -317,7 +317,5 @@ fn assemble_chunk(chunk: u32) {
     }
     if rake != NONE && index == NONE {
         put_rake(rake, Rake(node.phi11, node.b1, part.carried), 1.0);
-    } else if rake != NONE {
-        put_head(rake, node);
     }
 }

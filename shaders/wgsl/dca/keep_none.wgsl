@@ -4,7 +4,7 @@ const IS_KEPT = false;
 const OUTBOARD = 4u;
 const INBOARD_SIDE = 2u;
 
-fn force_at(join: u32) -> Force { return acting(join); }
+fn is_first() -> bool { return true; }
 
 fn keep_number(join: u32, own: u32, number: real) {}
 
@@ -12,9 +12,7 @@ fn keep_factor(join: u32, factor: Cholesky6) {}
 
 fn keep_end(join: u32, side: u32, a: Motion) {}
 
-fn keep_head(chunk: u32, ends: Ends) {}
-
-fn put_head(rake: u32, node: Node) {}
+fn keep_body(slot: u32, a: Motion) -> Motion { return a; }
 
 fn put_handle(slot: u32, handle: Motion) {
     let at = carriers_at() + slot;

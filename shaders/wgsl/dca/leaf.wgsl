@@ -210,13 +210,17 @@ fn get_leaf(index: u32) -> Leaf {
     return Leaf(own, Force(fetch(at + 30u * n).xyz, fetch(at + 31u * n).xyz), joined);
 }
 
-// The force that a leaf's joint transmits to it, given x and f2 at the ends of the chunk.
+// The force that a leaf's joint transmits to it, given x and f2 at the ends of the chunk; the joint force itself is
+// in the first solution.
 fn leaf_force(slot: u32, index: u32, x: Force, f2: Force) -> Force {
     let leaf = get_leaf(index);
     let axes = quaternion_matrix(get_placed(slot).rotation);
-    let drive = drive_of(slot, kind_of(flags_of(slot)));
-    let constraint = force_between(leaf.joined, x, f2);
-    return force_in_world(force_add(drive.force, constraint), axes, pitch_of(slot));
+    var transmitted = force_between(leaf.joined, x, f2);
+    if is_first() {
+        let drive = drive_of(slot, kind_of(flags_of(slot)));
+        transmitted = force_add(transmitted, drive.force);
+    }
+    return force_in_world(transmitted, axes, pitch_of(slot));
 }
 
 // A leaf, acted on by f2 at its centre of mass and by `force` at its joint, which `given` would accelerate if
@@ -224,7 +228,7 @@ fn leaf_force(slot: u32, index: u32, x: Force, f2: Force) -> Force {
 fn respond_leaf(
     index: u32,
     slot: u32,
-    placed: Placed,
+    spin: vec3<real>,
     arm: vec3<real>,
     kind: u32,
     axes: mat3x3<real>,
@@ -237,7 +241,7 @@ fn respond_leaf(
     let center = upper6(leaf.own, force_sub(lower6(leaf.own, total), leaf.own_bias));
     let across = motion_add(
         motion_shifted(Motion(center.angular, center.linear), -arm),
-        centripetal(placed.spin, -arm),
+        centripetal(spin, -arm),
     );
     let apart = motion_sub(across, given);
     var joint = Motion(apart.angular * axes, apart.linear * axes);

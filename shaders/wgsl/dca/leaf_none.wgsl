@@ -9,7 +9,7 @@ fn leaf_force(slot: u32, index: u32, x: Force, f2: Force) -> Force { return forc
 fn respond_leaf(
     index: u32,
     slot: u32,
-    placed: Placed,
+    spin: vec3<real>,
     arm: vec3<real>,
     kind: u32,
     axes: mat3x3<real>,

@@ -207,6 +207,30 @@ fn drive_of(slot: u32, kind: u32) -> Drive {
     );
 }
 
+// What a joint that accelerates so is to transmit along its freedoms, in joint axes: tau - E qdd.
+fn driven(spot: Spot, qdd: Motion) -> Force {
+    let v = spot.v;
+    let kind = kind_of(spot.flags);
+    var load: Load;
+    switch kind {
+        case REVOLUTE, PRISMATIC, SCREW: {
+            let one = load_one(spot.slot, spot.q, v, joint_force(v));
+            let along: vec3<real> = vec3<real>(0.0, 0.0, one.force - one.own * qdd.angular.x);
+            if kind == PRISMATIC {
+                return Force(zero3(), along);
+            }
+            return Force(along, zero3());
+        }
+        case SPHERICAL: { load = load_turning(spot.slot, spot.q, v); }
+        case FREE: { load = load_all(v); }
+        default: { return force_zero(); }
+    }
+    return Force(
+        load.force.angular - load.own.angular * qdd.angular,
+        load.force.linear - load.own.linear * qdd.linear,
+    );
+}
+
 fn compliant(g: Inertia, drive: Drive) -> Inertia {
     var sum = g;
     sum.angular.diagonal += drive.compliance.angular;

@@ -55,6 +55,9 @@ fn drive_of(slot: u32, kind: u32) -> Drive {
     }
 }
 
+// What a joint that accelerates so is to transmit along its freedoms, in joint axes.
+fn driven(spot: Spot, qdd: Motion) -> Force { return drive_of(spot.slot, kind_of(spot.flags)).force; }
+
 fn compliant(g: Inertia, drive: Drive) -> Inertia { return g; }
 
 fn with_held(rows: Force, drive: Drive) -> Force { return rows; }

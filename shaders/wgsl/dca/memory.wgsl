@@ -15,9 +15,6 @@ struct Sizes {
     inners: u32,
     leaves: u32,
     rakes: u32,
-    // Rakes of paths of one chunk, which come first; of several, which follow.
-    single_rakes: u32,
-    path_rakes: u32,
     // Whether bodies carry others' paths.
     carriers: u32,
     // Whether every joint has one freedom: numbers of slots are then those of positions and rates.
@@ -178,7 +175,7 @@ fn cut_of(join: u32) -> u32 { return words[sizes.cut_words + join]; }
 
 // Starts of the arrays in `scratch`: of each slot its place, and if it carries paths its handle's position and
 // acceleration; what is across each chunk and join; what each join hangs from; of each freedom what the way
-// down needs; of inner chunks and leaves their inverses; rakes; what corrections keep (refine.wgsl).
+// down needs; of inner chunks and leaves their inverses; rakes; what corrections keep (keep.wgsl).
 fn carriers_at() -> u32 { return 4u * sizes.slots; }
 fn turns_at() -> u32 { return carriers_at() + 3u * sizes.slots * sizes.carriers; }
 fn turns() -> u32 { return sizes.chunks + sizes.joins; }
@@ -192,7 +189,7 @@ fn kept_at() -> u32 { return rakes_at() + 8u * sizes.rakes; }
 // Starts of the arrays in `state`.
 fn work_q() -> u32 { return sizes.positions + sizes.dofs; }
 fn work_qd() -> u32 { return 2u * sizes.positions + sizes.dofs; }
-// Five sums a freedom of the work that elements have done, at the start of the step and after it.
+// WORKS sums a freedom of the work that elements and loops have done, at the start of the step and after it.
 fn works_at() -> u32 { return 2u * sizes.positions + 6u * sizes.dofs; }
 
 struct Four {

@@ -1,5 +1,3 @@
 // For models no chunk of which ends with a leaf.
 
-fn with_leaf_again(is_head: bool, change: Change, slot: u32, share: real, index: u32) -> Change {
-    return change;
-}
+fn with_leaf_again(chunk: u32, slots: Slots, change: Change, bias: Force) -> Change { return change; }

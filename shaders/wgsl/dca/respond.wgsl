@@ -58,6 +58,7 @@ fn respond(known: Known, axes: mat3x3<real>, f2: Force, given: Motion) -> Respon
     }
 }
 
+// In a correction the same with what is missing: there is no velocity then.
 fn respond_chunk(chunk: u32) {
     let slots = slots_of(chunk);
     let flags_at_ends = chunk_word(chunk, ENDS);
@@ -68,17 +69,16 @@ fn respond_chunk(chunk: u32) {
     let after = chunk_word(chunk, AFTER);
     var ends = Ends(force_zero(), force_zero());
     if after != NONE {
-        ends.f2 = force_scaled(force_at(after), -1.0);
+        ends.f2 = force_scaled(acting(after), -1.0);
     }
     if is_inner {
-        ends.x = force_at(before);
+        ends.x = acting(before);
     } else {
         var carrier = NONE;
         if (flags_at_ends & FROM_CARRIER) != 0u {
             carrier = chunk_word(chunk, INBOARD);
         }
-        ends.x = hanging(slot_at(slots, 0u), carrier);
-        keep_head(chunk, ends);
+        ends.x = hanging_again(slot_at(slots, 0u), carrier);
     }
     // The force that a leaf's joint transmits to it acts on the rest the other way round.
     var tip = ends.f2;
@@ -114,22 +114,31 @@ fn respond_chunk(chunk: u32) {
         if is_inner || place > 0u {
             a = motion_shifted(a, placed.offset);
         }
-        a = motion_add(a, placed.bias_acceleration);
+        var spin = zero3();
+        if is_first() {
+            a = motion_add(a, placed.bias_acceleration);
+            spin = placed.spin;
+        }
         var response: Response;
         if has_leaf && place + 1u == slots.length {
-            response = respond_leaf(leaf, slot, placed, arm, kind, axes, ends.f2, on_leaf, a);
+            response = respond_leaf(leaf, slot, spin, arm, kind, axes, ends.f2, on_leaf, a);
         } else {
             response = respond(known, axes, tip, a);
         }
         a = response.body;
-        if !(is_finite3(a.angular) && is_finite3(a.linear)) {
+        let body = keep_body(slot, a);
+        if !(is_finite3(body.angular) && is_finite3(body.linear)) {
             fail(OVERFLOW, slot);
         }
-        advance(slot, kind, response.joint, known.begun);
+        var joint = response.joint;
+        if !is_first() {
+            joint = motion_add(joint, joint_motion(accelerations_at() + known.spot.v, kind));
+        }
+        advance(slot, kind, joint, known.begun);
         let carries = (flags & CARRIES) != 0u;
         let is_cut = IS_KEPT && after != NONE && place + 1u == slots.length;
         if carries || is_cut {
-            let handle = motion_add(motion_shifted(a, arm), centripetal(placed.spin, arm));
+            let handle = motion_add(motion_shifted(a, arm), centripetal(spin, arm));
             if is_cut {
                 keep_end(after, INBOARD_SIDE, handle);
             }

@@ -2,9 +2,6 @@
 
 override MOST_ATTEMPTS: u32 = 1u;
 
-// Numbers of work a freedom.
-const WORKS: u32 = 5u;
-
 fn put_works(v: u32, works: Works) {
     let numbers = array<real, 5>(
         works.motors,
@@ -14,7 +11,7 @@ fn put_works(v: u32, works: Works) {
         works.stops,
     );
     let n = sizes.dofs;
-    for (var k = 0u; k < WORKS; k++) {
+    for (var k = 0u; k < 5u; k++) {
         let sum = works_at() + k * n + v;
         state[sum + WORKS * n] = chunk_real(real(state[sum]) + numbers[k]);
     }

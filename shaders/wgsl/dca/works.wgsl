@@ -8,8 +8,8 @@ fn commit_works(spot: Spot) {
     if kind_of(spot.flags) == FIXED {
         return;
     }
-    for (var k = 0u; k < 5u; k++) {
+    for (var k = 0u; k < WORKS; k++) {
         let sum = works_at() + k * sizes.dofs + spot.v;
-        state[sum] = state[sum + 5u * sizes.dofs];
+        state[sum] = state[sum + WORKS * sizes.dofs];
     }
 }

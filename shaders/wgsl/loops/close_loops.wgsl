@@ -191,8 +191,12 @@ fn main(
     var rounding = rounding_of(g);
     var is_done = false;
     var is_stale = false;
+    var energy: real = 0.0;
     for (var round_ = 0u; round_ < ROUNDS; round_++) {
         place_members(g, lane);
+        if layer.ways == POSITIONS && round_ == 0u {
+            energy = energy_of(g, lane);
+        }
         evaluate_rows(g, lane);
         var renews = is_stale || (mode == ACCELERATIONS && round_ == 0u);
         is_stale = false;
@@ -255,6 +259,7 @@ fn main(
             last = left;
         }
         solve_matrix(g, lane);
+        add_forces(g, lane);
         substitute(g, lane);
         var part: real = 1.0;
         if mode == POSITIONS {
@@ -265,12 +270,20 @@ fn main(
         iteration += 1u;
     }
     keep_numbers(g, lane);
+    var loop_work: real = 0.0;
     if layer.ways == POSITIONS {
         account(g, lane);
+        place_members(g, lane);
+        loop_work = energy_of(g, lane) - energy;
+    } else if (layer.sweep & HALF_TURNING) != 0u {
+        loop_work = work_of_forces(g, lane);
     }
     let start = select(work_qd(), accelerations_at(), layer.ways == ACCELERATIONS);
     let most = largest_of(lane, freedoms_have(g, lane, start, false));
     if lane == 0u {
+        if layer.ways == POSITIONS || (layer.sweep & STARTS) != 0u {
+            put_loop_work(g, loop_work, layer.ways != POSITIONS);
+        }
         if !is_done {
             fail(OPEN, own_slot);
         }

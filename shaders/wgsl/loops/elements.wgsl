@@ -46,3 +46,19 @@ fn account(g: Group, lane: u32) {
         }
     }
 }
+
+// Of the freedoms' rotors.
+fn rotor_energy(spot: Spot) -> real {
+    let v = work_qd() + spot.v;
+    switch kind_of(spot.flags) {
+        case REVOLUTE, PRISMATIC, SCREW: {
+            let rate: real = real(state[v]);
+            return 0.5 * element_row(spot.slot, 0u).w * rate * rate;
+        }
+        case SPHERICAL: {
+            let w = state3(v);
+            return 0.5 * ball_of(spot.slot).armature * dot(w, w);
+        }
+        default: { return 0.0; }
+    }
+}

@@ -19,6 +19,23 @@ fn handed(at: u32) -> Inertia {
     );
 }
 
+// Of a body in joint axes, about the joint's origin.
+struct Mass {
+    mass: real,
+    moment: vec3<real>,
+    rotational: Sym3,
+}
+
+fn mass_of(g: Group, body: u32) -> Mass {
+    let constants = g.constants + 5u * body;
+    let l1 = vec4<real>(links[constants + 1u]);
+    let l2 = vec4<real>(links[constants + 2u]);
+    let l3 = vec4<real>(links[constants + 3u]);
+    let l4 = vec4<real>(links[constants + 4u]);
+    let rotational = Sym3(vec3<real>(l2.w, l3.x, l3.y), vec3<real>(l3.z, l3.w, l4.x));
+    return Mass(l1.w, l2.xyz, rotational);
+}
+
 fn let_member_go(g: Group, body: u32) {
     let member = member_at(g, body);
     let kind = kind_of(member.spot.flags);
@@ -29,16 +46,8 @@ fn let_member_go(g: Group, body: u32) {
     put_number(at + FACTORED + 3u, p.rotation.w);
     put_three(at + FACTORED + 4u, p.offset);
     let axes = quaternion_matrix(p.rotation);
-    let constants = g.constants + 5u * body;
-    let l1 = vec4<real>(links[constants + 1u]);
-    let l2 = vec4<real>(links[constants + 2u]);
-    let l3 = vec4<real>(links[constants + 3u]);
-    let l4 = vec4<real>(links[constants + 4u]);
-    let rotational = sym_rotated(
-        Sym3(vec3<real>(l2.w, l3.x, l3.y), vec3<real>(l3.z, l3.w, l4.x)),
-        axes,
-    );
-    var inertia = inertia_rigid(rotational, axes * l2.xyz, l1.w);
+    let l = mass_of(g, body);
+    var inertia = inertia_rigid(sym_rotated(l.rotational, axes), axes * l.moment, l.mass);
     for (var i = 0u; i < member.child_count; i++) {
         let child = body_memory(g, member.children + i);
         inertia = inertia_add(inertia, handed(child + HANDED));
@@ -169,6 +178,7 @@ fn scale_row(g: Group, r: u32) {
         row_memory(g, r) + SCALE,
         select(real(0.0), inverse / size_of(row), moves),
     );
+    put_number(row_memory(g, r) + FORCE, real(0.0));
     for (var i = row.begin; i < r + 1u; i++) {
         put_number(row.matrix + i - row.begin, real(0.0));
     }

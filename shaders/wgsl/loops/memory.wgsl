@@ -138,7 +138,7 @@ fn row_at(g: Group, row: u32) -> Row {
 }
 
 // The BODY numbers of a body: its place and motion, where its factors were made; the inertia and the force that it
-// passes on, and its response.
+// passes on, its response, and how high its origin is, times gravity.
 const ROTATION = 0u;
 const OFFSET = 4u;
 const SPIN = 7u;
@@ -149,6 +149,7 @@ const FACTORED = 19u;
 const HANDED = 26u;
 const PASSED = 47u;
 const RESPONSE = 53u;
+const HEIGHT = 59u;
 
 fn body_memory(g: Group, body: u32) -> u32 { return g.memory + BODY * body; }
 
@@ -161,12 +162,13 @@ fn freedom_memory(g: Group, dof: u32) -> u32 {
 }
 
 // The ROW numbers of a row: what is left of it, its second rate, the square of its row of Y, the factor that makes rows
-// alike, 1 over the diagonal of A's factor.
+// alike, 1 over the diagonal of A's factor, and the force along it.
 const VALUE = 0u;
 const SECOND_RATE = 1u;
 const SQUARE = 2u;
 const SCALE = 3u;
 const PIVOT = 4u;
+const FORCE = 5u;
 
 fn row_memory(g: Group, row: u32) -> u32 {
     return freedom_memory(g, g.dofs) + ROW * row;

@@ -57,6 +57,11 @@ fn place_member(g: Group, body: u32) {
     );
     let axes = quaternion_matrix(rotation);
     var a = velocity_product(kind, parent.spin, offset, velocity);
+    var height: real = dot(upwards(), offset);
+    if member.parent != NONE {
+        height += number(body_memory(g, member.parent) + HEIGHT);
+    }
+    put_number(body_memory(g, body) + HEIGHT, height);
     let freedoms = freedoms_of(kind);
     for (var k = 0u; k < freedoms; k++) {
         let s = freedom_along(spot, k, axes);

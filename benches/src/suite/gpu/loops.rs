@@ -4,7 +4,7 @@
 use super::dynamics::precisions;
 use super::elements::{moved, works};
 use super::{holds, is_software};
-use crate::scenario::loops::{STEP, mechanisms, side_by_side};
+use crate::scenario::loops::{STEP, mechanisms, side_by_side, stewart_on_springs};
 use crate::suite::{Figure, Outcome, relative_error, worst_of};
 use vertebra::dynamics::gpu::Options;
 use vertebra::{
@@ -117,6 +117,53 @@ fn refusal(device: &Device) -> anyhow::Result<Figure> {
     let is_named = matches!(&refused, Err(Error::LoopOpen { name, .. }) if name == "pin");
     let is_kept = simulation.state()? == &start;
     Ok(holds(format!("refused: {refused:?}"), is_named && is_kept))
+}
+
+/// Steps that are taken between two looks at what is open.
+const LOOK: usize = 16;
+
+/// All in f32, loops stay closed to 1e-4 of their size, whenever one looks: a thousand steps here, ten thousand on hardware.
+pub(super) fn violations(device: &Device) -> Outcome {
+    let mut subjects = vec![
+        mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4)?,
+        mechanism::bennett()?,
+    ];
+    let steps = if is_software(device) { 1000 } else { 10_000 };
+    if !is_software(device) {
+        subjects.push(stewart_on_springs()?);
+    }
+    let violation = |(model, start): (Model, State)| -> anyhow::Result<Figure> {
+        let worst = largest_violation(device, &model, start, steps)?;
+        Ok(Figure::new(
+            format!("{}, {steps} steps", model.name()),
+            worst,
+            1e-4,
+        ))
+    };
+    subjects.into_iter().map(violation).collect()
+}
+
+/// The largest violation that is seen, after every so many steps all in f32.
+fn largest_violation(
+    device: &Device,
+    model: &Model,
+    start: State,
+    steps: usize,
+) -> anyhow::Result<f64> {
+    let options = Options {
+        chunks: Some(Precision::F32),
+        tree: Some(Precision::F32),
+        ..Options::default()
+    };
+    let mut simulation = Simulation::on_gpu(device, model.clone(), &options)?;
+    simulation.set_state(start)?;
+    let mut worst = 0.0_f64;
+    for _ in 0..steps / LOOK {
+        simulation.steps(STEP, LOOK)?;
+        let found = simulation.loop_violation()?;
+        worst = worst_of(worst, found.map_or(f64::NAN, |found| found.position));
+    }
+    Ok(worst)
 }
 
 /// Random mechanisms of all joints, closures and elements, motors among them, end their steps as on the CPU, with the same

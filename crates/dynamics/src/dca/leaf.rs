@@ -55,6 +55,27 @@ pub(super) fn outboard(
     start
 }
 
+/// Whether a chunk long enough would end with a leaf: some body with lighter ones inboard of it, whose joints have six
+/// freedoms.
+#[cfg(feature = "gpu")]
+pub(crate) fn has_heavy_end(model: &Model, weights: &[f64]) -> bool {
+    let bodies = model.bodies();
+    (0..bodies.len()).any(|last| {
+        let heavy = weights[last] / LEAF_RATIO;
+        let mut freedoms = bodies[last].dof_range().len();
+        let mut at = bodies[last].parent;
+        while let Some(body) = at.map(|body| body.index())
+            && freedoms < 6
+            && weights[body] > 0.0
+            && weights[body] <= heavy
+        {
+            freedoms += bodies[body].dof_range().len();
+            at = bodies[body].parent;
+        }
+        freedoms >= 6 && at != bodies[last].parent
+    })
+}
+
 /// Motions that joints passed from the tip inwards allow, about the latest one's body before.
 #[derive(Default)]
 struct Directions(Vec<Motion<f64>>);

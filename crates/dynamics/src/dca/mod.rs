@@ -24,6 +24,8 @@ mod split;
 mod substitute;
 mod tree;
 
+#[cfg(feature = "gpu")]
+pub(crate) use leaf::has_heavy_end;
 pub(crate) use split::PARALLEL_BODIES;
 
 use crate::across::Given;

@@ -44,6 +44,11 @@ impl Envelope {
         &mut self.values[self.start[row]..self.start[row + 1]]
     }
 
+    /// The diagonal entry of a row's factor.
+    pub(super) fn pivot(&self, row: usize) -> f64 {
+        self.values[self.start[row + 1] - 1]
+    }
+
     /// The diagonal entry of a row.
     pub(super) fn diagonal_mut(&mut self, row: usize) -> &mut f64 {
         &mut self.values[self.start[row + 1] - 1]

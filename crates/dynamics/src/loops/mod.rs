@@ -281,6 +281,16 @@ impl Loops {
         }
     }
 
+    /// Name of the constraint with an equation that depends most on those before it in the last factor.
+    pub(crate) fn nearest_singular(&self) -> &str {
+        let least = |constraint: &&Constraint| {
+            let pivots = constraint.rows.clone().map(|row| self.matrix.pivot(row));
+            pivots.fold(f64::INFINITY, f64::min)
+        };
+        let nearest = (self.constraints.iter()).min_by(|a, b| least(a).total_cmp(&least(b)));
+        nearest.map_or("", |constraint| &constraint.name)
+    }
+
     /// Name of a constraint.
     pub(crate) fn name(&self, constraint: usize) -> &str {
         &self.constraints[constraint].name

@@ -1,8 +1,8 @@
 //! Solutions of a GPU to a tolerance: the cheapest precisions and corrections that are expected to meet it, the
 //! next dearer ones where they do not.
 //!
-//! A correction on a device takes out what its joins have rounded, and its size says how much that was; what
-//! uneven masses cost inside a chunk it neither repairs nor shows (`docs/gpu.md`). So the error is measured where
+//! A correction on a device takes out what its joins have rounded and what uneven masses cost inside its chunks
+//! (`docs/gpu.md`); how large it was, the device does not say. The error is measured where
 //! nothing of the device takes part: its accelerations are corrected by the articulated-body algorithm on the
 //! processor, in f64, twice. The first change is the error but for that of the correction, which is the second; and
 //! neither is less than what the rounding of the bodies' own equations leaves (`tolerance.rs`).

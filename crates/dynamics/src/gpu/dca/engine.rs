@@ -133,6 +133,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
                 several: tables.several,
                 elements: tables.elements,
                 screws: tables.screws,
+                loops: tables.loops.is_some(),
                 refined: tables.sweeps > 0,
             },
             sizes: device.buffer_from("sizes", &[tables.sizes])?,
@@ -438,11 +439,8 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                 attempt,
                 ..self.leading(stage)
             };
-            let advance = if sweep == sweeps {
-                advance
-            } else {
-                Advance::None
-            };
+            let is_last = sweep == sweeps;
+            let advance = if is_last { advance } else { Advance::None };
             if sweep == 0 {
                 self.chunks(&dca.assemble_chunks(), layer, Self::dynamics);
             }
@@ -454,7 +452,12 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                     (false, _) => dca.rejoin_parts(),
                 }
             });
-            self.chunks(&dca.solve_chunks(advance), layer, Self::dynamics);
+            let chunks = if is_last {
+                dca.solve_chunks(advance)
+            } else {
+                dca.resolve_chunks()
+            };
+            self.chunks(&chunks, layer, Self::dynamics);
         }
     }
 

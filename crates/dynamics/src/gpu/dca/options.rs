@@ -1,13 +1,14 @@
 //! What a simulation on a GPU is asked for.
 
-use crate::dca::check_precisions;
+use crate::dca::{check_precisions, has_heavy_end};
 use crate::{Error, Integrator, Precision};
+use vertebra_assembly::Model;
 use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
 
 /// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and
-/// beyond these many bodies its joins are memory; with corrections accuracy counts.
+/// beyond these many bodies its joins are memory. Next to heavy bodies, and with corrections, accuracy counts.
 const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
 const LONG_CHAIN: usize = 8192;
@@ -23,7 +24,7 @@ pub struct Options {
     /// Precision of the joins, at most that of the chunks; none for f32.
     pub tree: Option<Precision>,
     /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
-    /// 8192 and more or with corrections.
+    /// 8192 and more, where bodies weigh 16 times those inboard of them, or with corrections.
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
@@ -33,10 +34,11 @@ pub struct Options {
 }
 
 impl Options {
-    /// How so many bodies are gathered.
-    pub(super) fn gathering(&self, bodies: usize) -> ScheduleOptions {
-        // In chunks of few joints a heavy body's inertia drowns those of light ones before it.
-        let window = if bodies < LONG_CHAIN && self.sweeps == 0 {
+    /// How the bodies are gathered.
+    pub(super) fn gathering(&self, model: &Model, weights: &[f64]) -> ScheduleOptions {
+        let is_short = model.bodies().len() < LONG_CHAIN && self.sweeps == 0;
+        // In a chunk of few joints a heavy body is no leaf, and its inertia drowns those of light ones before it.
+        let window = if is_short && !has_heavy_end(model, weights) {
             SHORT_WINDOW
         } else {
             WINDOW

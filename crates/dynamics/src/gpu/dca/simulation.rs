@@ -65,9 +65,11 @@ pub struct Simulation {
     elements: Option<Box<Elements>>,
     /// Whether the device's motors are older.
     motors_changed: bool,
-    /// Whether steps were taken since the work of elements was collected, and the device's sums of it then.
+    /// Whether steps were taken since the work of elements and loops was collected, the device's sums of it then, and
+    /// the loops' so far \[J\].
     has_worked: bool,
     works: Vec<f64>,
+    loop_work: f64,
     control: Vec<u32>,
     time: f64,
     step: f64,
@@ -108,7 +110,7 @@ impl Simulation {
         let weights = plan::weights(model, tree.epsilon());
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
-        let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(parents.len()))?;
+        let schedule = Schedule::of_tree(&parents, &cuts, &options.gathering(model, &weights))?;
         let plan = Plan::new(model, schedule, &weights);
         let scales = Scales::of_model(model);
         let rows = elements.as_ref().map(|elements| elements.rows(&scales));
@@ -132,6 +134,7 @@ impl Simulation {
             motors_changed: false,
             has_worked: false,
             works: Vec::new(),
+            loop_work: 0.0,
             control: vec![0; PUSHED_SLOTS + bodies],
             time: 0.0,
             step: 0.0,

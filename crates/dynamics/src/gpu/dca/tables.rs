@@ -81,8 +81,7 @@ impl Tables {
             several: plan.links.iter().any(|link| link.kind.dof_count() > 1),
             elements: elements.is_some(),
             screws: plan.links.iter().any(|link| link.kind == Kind::Screw),
-            // Without joins there is nothing to correct.
-            sweeps: if plan.joins.is_empty() { 0 } else { sweeps },
+            sweeps,
             leading: small(plan.schedule.chunks_in(0).len()),
             work: Vec::new(),
             turn: Vec::new(),
@@ -125,8 +124,6 @@ impl Tables {
             inners: small(end.inner),
             leaves: small(end.leaf),
             rakes: small(rakes.heads.len()),
-            single_rakes: small(rakes.chunks),
-            path_rakes: small(rakes.first_sum - rakes.chunks),
             carriers: u32::from(!rakes.heads.is_empty()),
             single: u32::from(plan.links.iter().all(|link| link.kind.dof_count() == 1)),
             #[expect(clippy::cast_possible_truncation, reason = "a power of two")]
@@ -352,8 +349,8 @@ impl Tables {
         let each = [
             (s.joins, 6),
             (s.slots * s.carriers, 2),
-            (s.rakes, 2),
-            (s.path_rakes, 17),
+            (s.rakes, 4),
+            (s.slots, 2),
         ];
         each.map(|(records, each)| records as usize * each)
             .into_iter()
@@ -378,13 +375,13 @@ impl Tables {
         self.accelerations_at() + 4 * self.dofs.len()
     }
 
-    /// How many they are.
+    /// How many they are: those of elements, then of loops.
     pub(super) fn works_len(&self) -> usize {
-        if self.elements {
-            WORKS * self.dofs.len()
-        } else {
-            0
-        }
+        let kinds = match (self.elements, self.loops.is_some()) {
+            (false, false) => 0,
+            (_, looped) => WORKS + usize::from(looped),
+        };
+        kinds * self.dofs.len()
     }
 
     /// Numbers of the state and all that integrators keep.

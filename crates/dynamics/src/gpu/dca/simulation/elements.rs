@@ -8,7 +8,7 @@ use crate::gpu::dca::engine::{JOINT_FORCES, Task};
 use crate::{Elements, Error, Forces, Motor, SphericalMotor, Work};
 use vertebra_assembly::{BodyId, Model};
 use vertebra_gpu::Timing;
-use vertebra_shaders::dca::{DRIVEN_NUMBERS, MOST_ATTEMPTS};
+use vertebra_shaders::dca::{DRIVEN_NUMBERS, MOST_ATTEMPTS, WORKS};
 
 const _: () = assert!(MOST_ATTEMPTS as usize == PASSES);
 
@@ -54,7 +54,7 @@ impl Simulation {
         self.elements.as_deref()
     }
 
-    /// Work done by springs, dampers, friction, stops and motors in the steps taken so far, in the precision of
+    /// Work done by springs, dampers, friction, stops, motors and loops in the steps taken so far, in the precision of
     /// the state; read back.
     ///
     /// # Errors
@@ -62,28 +62,38 @@ impl Simulation {
     pub fn work(&mut self) -> Result<Work, Error> {
         self.collect_work()?;
         let elements = self.elements.as_ref();
-        Ok(elements.map_or_else(Work::default, |elements| *elements.work()))
+        let elements = elements.map_or_else(Work::default, |elements| *elements.work());
+        Ok(Work {
+            loops: self.loop_work,
+            ..elements
+        })
     }
 
     /// The same model in the neutral state with other options and with what acts in the joints, its work included.
     pub(crate) fn with_options(&mut self, model: &Model, options: &Options) -> Result<Self, Error> {
         self.collect_work()?;
         let device = in_engine!(&self.engines, engine => engine.device().clone());
-        Self::with_elements(&device, model, options, self.elements.clone())
+        let mut with = Self::with_elements(&device, model, options, self.elements.clone())?;
+        with.loop_work = self.loop_work;
+        Ok(with)
     }
 
     /// Takes what the device has summed up since it was collected last.
     pub(super) fn collect_work(&mut self) -> Result<(), Error> {
-        let (tables, Some(elements)) = (&self.tables, &mut self.elements) else {
-            return Ok(());
-        };
-        if !self.has_worked {
+        let tables = &self.tables;
+        if !self.has_worked || tables.works_len() == 0 {
             return Ok(());
         }
         let numbers =
             in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadState))?;
         let sums = &numbers[tables.works_at()..][..tables.works_len()];
-        elements.add_works(sums, &self.works);
+        let (own, looped) = sums.split_at(WORKS * tables.dofs.len());
+        let (own_before, looped_before) = self.works.split_at(own.len().min(self.works.len()));
+        if let Some(elements) = &mut self.elements {
+            elements.add_works(own, own_before);
+        }
+        let more = looped.iter().sum::<f64>() - looped_before.iter().sum::<f64>();
+        self.loop_work += more * self.model.units().energy();
         self.works.clear();
         self.works.extend(sums);
         self.has_worked = false;
@@ -92,12 +102,14 @@ impl Simulation {
 
     /// Goes on with kernels for elements.
     pub(super) fn take_elements(&mut self, elements: Box<Elements>) -> Result<(), Error> {
+        self.collect_work()?;
         let state = self.state()?;
         let device = in_engine!(&self.engines, engine => engine.device().clone());
         let timing = in_engine!(&self.engines, engine => engine.timing());
         let mut with = Self::with_elements(&device, &self.model, &self.options, Some(elements))?;
         with.set_state(&state)?;
         with.set_forces(&self.forces)?;
+        with.loop_work = self.loop_work;
         if timing != Timing::Off {
             with.take_times(timing)?;
         }
