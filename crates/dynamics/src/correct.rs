@@ -240,10 +240,11 @@ impl<T: Real> Sweeps<T> {
                 }
             }
             let rest = f - balanced;
-            // Of four terms that cancel the largest is at most three times as large as that of the others.
+            // Of four terms that cancel the largest is at most three times as large as that of the others, and of
+            // those that do not, as what they leave and the others.
             let size =
                 (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-            worst = worst.max(size.left(Size::of_force(rest)));
+            worst = worst.max(size.leaving(rest));
             let load = if ROUNDING {
                 self.rounding(i, size.or(arriving.size))
             } else {
@@ -314,7 +315,7 @@ impl<T: Real> Sweeps<T> {
         let f = self.driven_right(i, f);
         let rest = f - balanced;
         let size = (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-        *worst = worst.max(size.left(Size::of_force(rest)));
+        *worst = worst.max(size.leaving(rest));
         let load = if ROUNDING {
             self.rounding(i, size.or(arriving.size))
         } else {

@@ -142,6 +142,13 @@ impl<T: Real> Size<T> {
         (rest / larger(self.angular, self.linear)).to_f64()
     }
 
+    /// The same of an equation of which one term is not among those measured, and may be all there is.
+    #[inline(always)]
+    pub(crate) fn leaving(self, rest: Force<T>) -> f64 {
+        let rest = Self::of_force(rest);
+        self.or(rest).left(rest)
+    }
+
     /// A force as large as the rounding of an equation of this size, its signs those of a body's
     /// number and the same in every run.
     #[inline]
