@@ -203,7 +203,7 @@ pub struct FuzzArgs {
     /// Models to try, 100000 by default, on a GPU 256; some of them are too unreasonable to be built.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     pub models: Option<u64>,
-    /// Stop after so many seconds, at the end of a block of some thousand models.
+    /// Stop after so many seconds, at the end of a block of 512 models, of 8 on a GPU.
     #[arg(long, value_parser = positive_seconds)]
     pub seconds: Option<f64>,
     /// Seed of everything random.

@@ -25,7 +25,8 @@ pub(crate) fn run(command: &str, arguments: &Arguments) -> Result<ExitCode> {
     replace(
         Command::new(program)
             .arg(command)
-            .args(&arguments.arguments),
+            .args(&arguments.arguments)
+            .env(workspace::QUIET.0, workspace::QUIET.1),
     )
 }
 
@@ -41,12 +42,13 @@ pub(crate) enum Build {
 /// Builds the program and returns its path.
 pub(crate) fn build(sh: &Shell, how: Build) -> Result<PathBuf> {
     let options: &[&str] = match how {
-        Build::Release => &["--release", "--package", "vertebra-bench"],
-        Build::Tested => &["--workspace", "--all-features"],
+        Build::Release => &["--release", "--package", "vertebra-bench", "--bins"],
+        // Without the tests what they depend on would have fewer features, and be compiled again.
+        Build::Tested => &["--workspace", "--all-features", "--bins", "--tests"],
     };
     let mut build = cmd!(
         sh,
-        "cargo build {options...} --bin vertebra-bench --message-format json-render-diagnostics"
+        "cargo build {options...} --message-format json-render-diagnostics"
     );
     // It is for the rows of results, and the program would be compiled anew for it.
     if let (Build::Release, Some(commit)) = (how, commit(sh)) {
@@ -63,7 +65,9 @@ pub(crate) fn executable(messages: &str, name: &str) -> Option<PathBuf> {
         .lines()
         .filter_map(|line| serde_json::from_str::<Value>(line).ok())
         .find_map(|message| {
-            (message["target"]["name"] == name).then_some(())?;
+            // The tests of a program are one of its name too.
+            let is_asked = message["target"]["name"] == name && message["profile"]["test"] != true;
+            is_asked.then_some(())?;
             message["executable"].as_str().map(PathBuf::from)
         })
 }
@@ -105,7 +109,8 @@ mod tests {
     fn the_program_is_found_among_the_messages() {
         let messages = r#"{"reason":"compiler-artifact","target":{"name":"vertebra"},"executable":null}
 not a message
-{"reason":"compiler-artifact","target":{"name":"vertebra-bench"},"executable":"/target/release/vertebra-bench"}
+{"reason":"compiler-artifact","target":{"name":"vertebra-bench"},"profile":{"test":true},"executable":"/target/release/deps/vertebra_bench-0"}
+{"reason":"compiler-artifact","target":{"name":"vertebra-bench"},"profile":{"test":false},"executable":"/target/release/vertebra-bench"}
 {"reason":"build-finished","success":true}"#;
         assert_eq!(
             executable(messages, "vertebra-bench"),

@@ -6,6 +6,10 @@ use anyhow::{Context, Result};
 use serde_json::Value;
 use xshell::{Shell, cmd};
 
+/// For the environment of programs that open a GPU: Mesa's layer that puts devices in order looks for a display and
+/// complains where there is none.
+pub(crate) const QUIET: (&str, &str) = ("NODEVICE_SELECT", "1");
+
 /// A shell in the root of the workspace.
 pub(crate) fn shell() -> Result<Shell> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -13,8 +17,7 @@ pub(crate) fn shell() -> Result<Shell> {
         .context("the xtask folder has no parent")?;
     let sh = Shell::new()?;
     sh.change_dir(root);
-    // Mesa's layer that puts devices in order looks for a display and complains where there is none.
-    sh.set_var("NODEVICE_SELECT", "1");
+    sh.set_var(QUIET.0, QUIET.1);
     Ok(sh)
 }
 

@@ -77,7 +77,7 @@ pub(super) fn figure(rows: &[&Row]) -> Figure {
     let mut remark =
         "Medians; bars from the first to the third quartile of the samples.".to_owned();
     if any_published {
-        remark.push_str(" Hollow: published by the source for this problem.");
+        remark.push_str(" Grey: published by the source for this problem.");
     }
     let titles = Titles {
         title: "Time by scenario".to_owned(),

@@ -3,7 +3,7 @@
 //! States of one model run through the same joints in the same order, so several are computed side by
 //! side, each in its lane of a vector register ([`Lanes`](vertebra_spatial::Lanes)): what is one addition for [`aba`](crate::aba) is one for
 //! four or eight states here. Lanes round as single numbers do, and no lane sees its neighbours: every
-//! state gets the bits that [`aba`] gives it alone, whatever stands beside it and however many threads
+//! state gets the bits that [`aba`](crate::aba) gives it alone, whatever stands beside it and however many threads
 //! there are.
 //!
 //! A pack of lanes does not say which of its states a joint refused. It is then computed again, state

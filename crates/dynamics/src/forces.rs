@@ -1,6 +1,7 @@
 //! Forces acting on a model: in its joints and on its bodies, and gravity where it differs from the model's.
 
 use crate::Error;
+use core::ops::Range;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use vertebra_assembly::{Body, BodyId, Model, ModelError};
@@ -79,15 +80,25 @@ impl Forces {
 
     /// What of E is off its diagonal, in the place of a freedom.
     pub(crate) fn inertia_across(&self, dof: usize) -> f64 {
-        self.joint_inertia_across.get(dof).copied().unwrap_or(0.0)
+        self.inertias_across().get(dof).copied().unwrap_or(0.0)
     }
 
-    /// The entry of E of two freedoms of the joint whose first one is given.
-    pub(crate) fn inertia_between(&self, first: usize, dof: usize, other: usize) -> f64 {
-        if dof == other {
-            return self.inertia(dof);
+    /// All of what E has off its diagonal: nothing where that is none.
+    pub(crate) fn inertias_across(&self) -> &[f64] {
+        if self.joint_inertia.is_empty() {
+            &[]
+        } else {
+            &self.joint_inertia_across
         }
-        self.inertia_across(dof + other - first - 1)
+    }
+
+    /// The entry of E of two freedoms of a joint, given all of its freedoms.
+    pub(crate) fn inertia_between(&self, dofs: &Range<usize>, dof: usize, other: usize) -> f64 {
+        match (dof == other, dofs.len()) {
+            (true, _) => self.inertia(dof),
+            (false, 3) => self.inertia_across(dof + other - dofs.start - 1),
+            (false, _) => 0.0,
+        }
     }
 
     /// The entries of E, on both sides of its diagonal: row, column and value.
@@ -96,7 +107,7 @@ impl Forces {
         model: &'a Model,
     ) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
         let own = self.joint_inertia.iter().enumerate();
-        let is_across = !self.joint_inertia_across.is_empty();
+        let is_across = !self.inertias_across().is_empty();
         let balls = model.bodies().iter().map(Body::dof_range);
         let balls = balls.filter(move |dofs| is_across && dofs.len() == 3);
         let across = balls.flat_map(move |dofs| {

@@ -168,7 +168,7 @@ fn evaluate<T: Real>(
             let mut row = column.dot(f[i]) - tau;
             let mut scale = absolute(column).dot(absolute_force(f[i])) + tau.abs();
             for other in dofs.clone() {
-                let own = forces.inertia_between(dofs.start, dof, other) * scales.inertia(dof);
+                let own = forces.inertia_between(&dofs, dof, other) * scales.inertia(dof);
                 let own = T::from_f64(own) * s.u[other];
                 row += own;
                 scale += own.abs();

@@ -254,7 +254,7 @@ impl<T: Number> Sweeps<T> {
         for (dof, (own, &given)) in self.added.iter_mut().zip(given).enumerate() {
             own.set_lane(lane, T::Scalar::from_f64(given * scales.inertia(dof)));
         }
-        let given = &forces.joint_inertia_across;
+        let given = forces.inertias_across();
         for (dof, (own, &given)) in self.across.iter_mut().zip(given).enumerate() {
             own.set_lane(lane, T::Scalar::from_f64(given * scales.inertia(dof)));
         }

@@ -2,6 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
+use core::f64::consts::{PI, TAU};
 use glam::{DQuat, DVec3};
 use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{
@@ -220,10 +221,42 @@ fn hard_stops_keep_swings_twists_and_turns() {
                     *touched |= value > most - 0.05 || value < least + 0.05;
                 }
             }
-            assert!(touched[0], "{range:?} was never met");
+            let twists = matches!(range, BallRange::Cone { twist: Some(_), .. });
+            assert!(
+                touched[0] && (touched[1] || !twists),
+                "{range:?}: {touched:?}"
+            );
             assert!(simulation.work().unwrap().stops <= 1e-9);
         }
     }
+}
+
+/// A range of twists that ends at half a turn is left on neither side, though angles there jump by a whole one.
+#[test]
+fn twists_up_to_half_a_turn() {
+    for (range, rate) in [([2.0, PI], 3.0), ([-PI, -2.0], -3.0)] {
+        let range = BallRange::cone_and_twist(DVec3::Z, 1.0, range[0], range[1]);
+        let model = ball(Joint::spherical().with_ball_range(range));
+        let start = DQuat::from_axis_angle(DVec3::Z, 2.5_f64.copysign(rate));
+        let mut simulation = started(&model, start, DVec3::new(0.0, 0.0, rate));
+        let h = 1e-3;
+        for _ in 0..3000 {
+            simulation.step(h).unwrap();
+            let [twist, _] = twist_and_swing(orientation(&mut simulation), DVec3::Z);
+            // Counted on from where it started: in 2 to pi, or as far on the other side.
+            let turned = (twist * rate.signum()).rem_euclid(TAU);
+            let slack = 2.0 * (3.0 * h).powi(2) + 1e-6;
+            assert!((2.0 - slack..=PI + slack).contains(&turned), "{turned}");
+        }
+    }
+    // A whole turn is no bound.
+    let range = BallRange::cone_and_twist(DVec3::Z, 1.0, -PI, PI);
+    let model = ball(Joint::spherical().with_ball_range(range));
+    let mut simulation = started(&model, DQuat::IDENTITY, DVec3::new(0.0, 0.0, 3.0));
+    for _ in 0..3000 {
+        simulation.step(1e-3).unwrap();
+    }
+    assert!((rate(&mut simulation).z - 3.0).abs() <= 1e-12 * 3000.0);
 }
 
 /// A ball that turns into its bound leaves it with its part of the rate; what it turns along the bound stays.
@@ -273,7 +306,11 @@ fn soft_stops_give_way_by_their_stiffness() {
 /// A chain, or a tree of unlike masses, of spherical joints with everything, and motors in some.
 fn loaded_tree(count: usize, smooth: bool, seed: u64) -> Model {
     let mut random = Random::new(seed);
-    let model = generate::random_tree(&generate::RandomTree::mixed(count), seed).unwrap();
+    let tree = generate::RandomTree {
+        floating: seed % 3 == 0,
+        ..generate::RandomTree::mixed(count)
+    };
+    let model = generate::random_tree(&tree, seed).unwrap();
     let mut description = model.describe();
     for body in &mut description.bodies {
         if body.parent.is_some() {
@@ -439,9 +476,11 @@ fn work_balances() {
             assert!(work.motors != 0.0 && work.friction <= 0.0 && work.dampers < 0.0);
             (held(&mut simulation) - start).abs() / largest
         };
-        let euler = [200, 1600].map(|steps| off(steps, Integrator::SemiImplicitEuler));
-        assert!(euler[1] <= 0.25 * euler[0] + 1e-6, "seed {seed}: {euler:?}");
-        assert!(euler[1] <= 1e-2, "seed {seed}: {euler:?}");
+        // Errors of two signs may meet at one length of steps, not at three.
+        let euler = [200, 300, 400, 1600].map(|steps| off(steps, Integrator::SemiImplicitEuler));
+        let coarse = euler[..3].iter().copied().fold(0.0, f64::max);
+        assert!(euler[3] <= 0.4 * coarse + 1e-8, "seed {seed}: {euler:?}");
+        assert!(euler[3] <= 1e-2, "seed {seed}: {euler:?}");
         if smooth {
             let others = [50, 200].map(|steps| off(steps, Integrator::RungeKutta4));
             assert!(

@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("  {property}");
     }
 
-    let mut workspace = Workspace::new(model, Precision::F64);
+    // The fingers mimic each other; mass matrix and forces are those of the tree without that.
+    let mut workspace = Workspace::of_tree(model, Precision::F64);
     let mut state = State::neutral(model);
     state.q.fill(0.05); // [rad, m]
     println!("mass matrix:");

@@ -49,7 +49,12 @@ pub(super) fn loops(device: &Device) -> Outcome {
             _ => (1e4, 1e-9),
         };
         let bound = spread * tree.epsilon();
-        for (model, start, further) in &subjects {
+        // Software takes seconds to compile for each: all of them in f64, one in other precisions.
+        let count = match is_software(device) && tree != Precision::F64 {
+            true => 1,
+            false => subjects.len(),
+        };
+        for (model, start, further) in &subjects[..count] {
             let name = |what: &str| format!("{what}, {}, {chunks} over {tree}", model.name());
             let error = accelerations(device, model, start, &options)?;
             figures.push(Figure::new(name("accelerations"), error, bound));
@@ -128,7 +133,11 @@ pub(super) fn violations(device: &Device) -> Outcome {
         mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4)?,
         mechanism::bennett()?,
     ];
-    let steps = if is_software(device) { 1000 } else { 10_000 };
+    let steps = if is_software(device) {
+        63 * LOOK
+    } else {
+        625 * LOOK
+    };
     if !is_software(device) {
         subjects.push(stewart_on_springs()?);
     }
@@ -207,14 +216,15 @@ pub(super) fn loaded(device: &Device) -> Outcome {
                 ..Options::default()
             };
             let name = |what| format!("loaded loops {index}, {what}, {chunks} over {tree}");
-            let mut still = Simulation::on_gpu(device, model.clone(), &options)?;
-            still.set_state(state.clone())?;
-            still.steps(STEP, if is_software(device) { 16 } else { 100 })?;
-            let left = still
-                .loop_violation()?
-                .map_or(f64::NAN, |found| found.position);
-            let open = if chunks == Precision::F32 { 1e-4 } else { 1e-9 };
-            figures.push(Figure::new(name("violation"), worst_of(left, 0.0), open));
+            if !is_software(device) {
+                let mut still = Simulation::on_gpu(device, model.clone(), &options)?;
+                still.set_state(state.clone())?;
+                still.steps(STEP, 100)?;
+                let left = still.loop_violation()?;
+                let left = left.map_or(f64::NAN, |found| found.position);
+                let open = if chunks == Precision::F32 { 1e-4 } else { 1e-9 };
+                figures.push(Figure::new(name("violation"), worst_of(left, 0.0), open));
+            }
             // In f32 joints take other sides of their laws.
             if tree == Precision::F64 {
                 let gpu = Simulation::on_gpu(device, model.clone(), &options)?;

@@ -16,7 +16,7 @@ impl Edit<'_> {
     ///
     /// The state stays as it is. Simulations refuse to step one that is far from closing the loop until
     /// `Simulation::close_loops` has moved it there; rates that open it are taken out by the first step, as an
-    /// impact would.
+    /// impact would. Loops of bodies that this edit adds are closed in a second one.
     ///
     /// # Errors
     /// [`ModelError::NoSuchBody`], [`ModelError::SelfLoop`]; [`ModelError`] of a bad placement or closure, or of a
@@ -165,7 +165,9 @@ impl Edit<'_> {
             return Ok(());
         }
         let body = self.model.find(name).map(BodyId::index);
-        let Some(index) = body.filter(|&index| self.joint(index).0.mimic.is_some()) else {
+        let Some(index) =
+            body.filter(|&index| !self.removed[index] && self.joint(index).0.mimic.is_some())
+        else {
             return Err(self.no_loop(name));
         };
         if !self.changed.contains_key(&index) {

@@ -1,18 +1,19 @@
 //! Slips of the pen in names.
 
-/// The known name that a word is nearly spelt like: one letter off in words of four and five, two in
-/// longer ones. Shorter words are too much alike.
+/// The known name that a word is nearly spelt like: one letter off from names of four and five, two from
+/// longer ones. Shorter names are too much alike.
 pub(super) fn nearest<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
-    let allowed = match word.len() {
-        0..=3 => return None,
-        4..=5 => 1,
-        _ => 2,
+    let is_near = |&(name, apart): &(&str, usize)| {
+        let allowed = match name.len() {
+            0..=3 => 0,
+            4..=5 => 1,
+            _ => 2,
+        };
+        (1..=allowed).contains(&apart)
     };
-    let apart = |name: &&&str| distance(word, name);
-    let nearest = known.iter().filter(|name| name.len() > 3).min_by_key(apart);
-    nearest
-        .copied()
-        .filter(|name| (1..=allowed).contains(&distance(word, name)))
+    let apart = known.iter().map(|&name| (name, distance(word, name)));
+    let nearest = apart.filter(is_near).min_by_key(|&(_, apart)| apart);
+    nearest.map(|(name, _)| name)
 }
 
 /// Letters to change, insert, take away or exchange with their neighbours that make one word of the other (the

@@ -5,6 +5,7 @@ use super::motor::SphericalMotor;
 use super::round::Round;
 use super::stop::{Ends, Moment, Taken};
 use crate::elements::freedom::SLIP;
+use core::f64::consts::TAU;
 use vertebra_assembly::{BallRange, Body, BodyId, Model, Rest, Spring, State, Stop};
 use vertebra_spatial::{Quat, Vec3, vec3};
 
@@ -114,7 +115,13 @@ fn unit_or_zero(v: Vec3<f64>, length: f64) -> Vec3<f64> {
 
 impl Bound {
     fn moment(&self, now: &Turned) -> (Moment, Vec3<f64>) {
-        let (q, gradient) = self.coordinate.at(now.q);
+        let (mut q, gradient) = self.coordinate.at(now.q);
+        if let Coordinate::Twist(_) = self.coordinate {
+            // Angles a whole turn apart are one twist: of those the one nearest to the middle of the range.
+            let [lower, upper] = self.ends.range;
+            let middle = 0.5 * (lower + upper);
+            q -= TAU * ((q - middle) / TAU).round();
+        }
         let moment = Moment {
             q,
             qd: gradient.dot(now.w),
@@ -163,6 +170,8 @@ fn coordinates(range: &BallRange) -> Vec<(Coordinate, [f64; 2])> {
         BallRange::Turn { angle } => vec![(Coordinate::Turn, below(angle))],
         BallRange::Cone { axis, swing, twist } => {
             let axis = Vec3::from_glam(axis);
+            // A whole turn is no bound.
+            let twist = twist.filter(|[lower, upper]| upper - lower < TAU);
             let twist = twist.map(|range| (Coordinate::Twist(axis), range));
             let swing = (Coordinate::Swing(axis), below(swing));
             core::iter::once(swing).chain(twist).collect()

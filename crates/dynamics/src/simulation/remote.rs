@@ -169,12 +169,18 @@ impl Remote {
             if let Some(exact) = &self.exact {
                 next = next.min(exact.steps_to_next());
             }
+            // Where no step was taken, the host's state is the one that was set, not yet rounded to the device's precision.
+            let was_ahead = self.is_ahead;
             self.is_ahead = true;
             let (done, refused) = match self.simulation.steps(h, next) {
                 Err(Error::Step { step, source, .. }) => (step, Some(*source)),
-                Err(error) => return Err(error),
+                Err(error) => {
+                    self.is_ahead = was_ahead || matches!(error, Error::Gpu(_));
+                    return Err(error);
+                }
                 Ok(()) => (next, None),
             };
+            self.is_ahead = was_ahead || done > 0;
             taken += done;
             if let Some(monitor) = monitor {
                 monitor.count(done as u64);

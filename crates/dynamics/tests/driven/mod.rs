@@ -119,6 +119,7 @@ pub(crate) fn assert_alike(
             work.dampers,
             work.friction,
             work.stops,
+            work.loops,
         ]
     };
     let (found, expected) = (works(&found.1), works(&expected.1));

@@ -41,6 +41,9 @@ impl Forest {
                 rows,
                 fit,
             },
+            Error::SphericalElementUnavailable { body } => Error::SphericalElementUnavailable {
+                body: of_item(&body).map_or(body.clone(), |(one, _)| one.to_owned()),
+            },
             Error::ModelTooLarge {
                 fit,
                 limit,

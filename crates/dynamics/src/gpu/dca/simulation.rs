@@ -222,7 +222,7 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
-        let mut across = forces.joint_inertia_across.iter();
+        let mut across = forces.inertias_across().iter();
         if let Some(dof) = across.position(|&own| own != 0.0) {
             return Err(Error::SphericalElementUnavailable {
                 body: crate::forces::body_of_dof(&self.model, dof),

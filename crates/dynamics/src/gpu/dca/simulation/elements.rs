@@ -36,7 +36,8 @@ impl Simulation {
     /// Refuses the motor of a spherical joint, which no kernel computes.
     ///
     /// # Errors
-    /// [`Error::SphericalElementUnavailable`] of every motor that is not off.
+    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; then [`Error::SphericalElementUnavailable`] of
+    /// every motor that is not off.
     pub fn set_spherical_motor(
         &mut self,
         body: BodyId,
