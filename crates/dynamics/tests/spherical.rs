@@ -60,8 +60,7 @@ fn twist_and_swing(q: DQuat, axis: DVec3) -> [f64; 2] {
     let twist = DQuat::from_xyzw(along.x, along.y, along.z, q.w).normalize();
     let swing = q * twist.inverse();
     let angle = 2.0 * (twist.xyz().dot(axis)).atan2(twist.w);
-    let turn = std::f64::consts::TAU;
-    let angle = angle - turn * (angle / turn).round();
+    let angle = angle - TAU * (angle / TAU).round();
     [angle, 2.0 * swing.w.abs().min(1.0).acos()]
 }
 
@@ -307,7 +306,7 @@ fn soft_stops_give_way_by_their_stiffness() {
 fn loaded_tree(count: usize, smooth: bool, seed: u64) -> Model {
     let mut random = Random::new(seed);
     let tree = generate::RandomTree {
-        floating: seed % 3 == 0,
+        floating: seed.is_multiple_of(3),
         ..generate::RandomTree::mixed(count)
     };
     let model = generate::random_tree(&tree, seed).unwrap();
