@@ -481,11 +481,11 @@ fn work_balances() {
         assert!(euler[3] <= 0.4 * coarse + 1e-8, "seed {seed}: {euler:?}");
         assert!(euler[3] <= 1e-2, "seed {seed}: {euler:?}");
         if smooth {
-            let others = [50, 200].map(|steps| off(steps, Integrator::RungeKutta4));
-            assert!(
-                others[1] <= 0.2 * others[0] + 1e-8,
-                "seed {seed}: {others:?}"
-            );
+            // Of second order, as limits of motors bend what acts: a sixteenth of the step leaves 1/256.
+            let others = [25, 50, 100, 400].map(|steps| off(steps, Integrator::RungeKutta4));
+            let coarse = others[..3].iter().copied().fold(0.0, f64::max);
+            let bound = 8.0 / 256.0 * coarse + 1e-10;
+            assert!(others[3] <= bound, "seed {seed}: {others:?}");
         }
     }
 }
