@@ -113,6 +113,9 @@ fn driven(mut simulation: Simulation, machine: &Machine) -> Result<Simulation, E
     for (body, motor) in &machine.motors {
         simulation.set_motor(*body, *motor)?;
     }
+    for (body, motor) in &machine.spherical {
+        simulation.set_spherical_motor(*body, *motor)?;
+    }
     Ok(simulation)
 }
 

@@ -1,9 +1,10 @@
 //! Machines of wild models: what acts in their joints, motors, closed loops and couplings.
 
+use core::f64::consts::PI;
 use vertebra::glam::DVec3;
 use vertebra::{
-    BodyId, Closure, Error, Joint, JointKind, Model, Motor, Pose, Precision, Random, Spring, State,
-    Stop, Workspace, body_poses, forward_kinematics,
+    BallRange, BodyId, Closure, Error, Joint, JointKind, Model, Motor, Pose, Precision, Random,
+    SphericalMotor, Spring, State, Stop, Workspace, body_poses, forward_kinematics,
 };
 
 use super::wild::{placement_of, rarely, wide};
@@ -18,6 +19,8 @@ pub(super) struct Machine {
     pub(super) model: Model,
     /// Motors by the bodies whose joints they drive.
     pub(super) motors: Vec<(BodyId, Motor)>,
+    /// Those of spherical joints.
+    pub(super) spherical: Vec<(BodyId, SphericalMotor)>,
 }
 
 impl Machine {
@@ -85,13 +88,20 @@ impl Machine {
             description = description.couple(format!("gear-{index}"), one, other, ratio, offset);
         }
         let model = description.build()?;
-        let mut motors = Vec::new();
+        let (mut motors, mut spherical) = (Vec::new(), Vec::new());
         for (id, body) in model.body_ids().zip(model.bodies()) {
             if body.dof_range().len() == 1 && rarely(random, 3) {
                 motors.push((id, motor(units.energy(), random)));
             }
+            if body.joint.kind == JointKind::Spherical && rarely(random, 3) {
+                spherical.push((id, spherical_motor(units.energy(), random)));
+            }
         }
-        Ok(Self { model, motors })
+        Ok(Self {
+            model,
+            motors,
+            spherical,
+        })
     }
 }
 
@@ -114,11 +124,15 @@ fn elements(joint: &mut Joint, strength: f64, is_smooth: bool, random: &mut Rand
             _ => Spring::turned(stiffness, random.rotation()),
         });
     }
-    if freedoms == 1 && !is_smooth {
+    if !is_smooth {
         joint.friction = some(random);
         if rarely(random, 3) {
-            let (lower, upper) = (-random.unit(), random.unit() * wide(random, 3.0));
-            *joint = joint.clone().with_range(lower, upper);
+            *joint = if freedoms == 1 {
+                let (lower, upper) = (-random.unit(), random.unit() * wide(random, 3.0));
+                joint.clone().with_range(lower, upper)
+            } else {
+                joint.clone().with_ball_range(ball_range(random))
+            };
             joint.stop = match random.below(3) {
                 0 => Stop::Soft {
                     stiffness: strength * wide(random, 6.0),
@@ -129,6 +143,18 @@ fn elements(joint: &mut Joint, strength: f64, is_smooth: bool, random: &mut Rand
                 },
                 _ => Stop::HARD,
             };
+        }
+    }
+}
+
+fn ball_range(random: &mut Random) -> BallRange {
+    let most = PI * random.unit();
+    match random.below(3) {
+        0 => BallRange::turn(most),
+        1 => BallRange::cone(random.direction(), most),
+        _ => {
+            let [one, other] = [(); 2].map(|()| PI * random.symmetric());
+            BallRange::cone_and_twist(random.direction(), most, one.min(other), one.max(other))
         }
     }
 }
@@ -166,6 +192,20 @@ fn motor(strength: f64, random: &mut Random) -> Motor {
         0 => Motor::torque(size * random.symmetric()),
         1 => Motor::velocity(wide(random, 3.0), size),
         _ => Motor::position(random.symmetric(), size, size * random.unit()),
+    };
+    if rarely(random, 2) {
+        motor.limited(strength * wide(random, 3.0))
+    } else {
+        motor
+    }
+}
+
+fn spherical_motor(strength: f64, random: &mut Random) -> SphericalMotor {
+    let size = strength * wide(random, 6.0);
+    let motor = match random.below(3) {
+        0 => SphericalMotor::torque(random.direction() * size),
+        1 => SphericalMotor::velocity(random.direction() * wide(random, 3.0), size),
+        _ => SphericalMotor::orientation(random.rotation(), size, size * random.unit()),
     };
     if rarely(random, 2) {
         motor.limited(strength * wide(random, 3.0))
