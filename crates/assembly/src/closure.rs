@@ -82,6 +82,24 @@ pub struct LoopDescription {
     pub closure: Closure,
 }
 
+impl LoopDescription {
+    /// Connects two bodies (none for the world) by one more joint.
+    #[must_use]
+    pub fn new(
+        name: impl Into<String>,
+        bodies: [Option<&str>; 2],
+        placements: [Pose; 2],
+        closure: Closure,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            bodies: bodies.map(|name| name.map(str::to_owned)),
+            placements,
+            closure,
+        }
+    }
+}
+
 /// A coupling of two joints as written down: q = ratio * q_other + offset, as gears and belts do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -96,6 +114,26 @@ pub struct CouplingDescription {
     pub ratio: f64,
     /// Position where the other is at zero [rad or m].
     pub offset: f64,
+}
+
+impl CouplingDescription {
+    /// Couples two joints of one freedom each, named by the bodies they carry.
+    #[must_use]
+    pub fn new(
+        name: impl Into<String>,
+        body: impl Into<String>,
+        other: impl Into<String>,
+        ratio: f64,
+        offset: f64,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            body: body.into(),
+            other: other.into(),
+            ratio,
+            offset,
+        }
+    }
 }
 
 /// A closed loop of a [`Model`].
@@ -156,12 +194,8 @@ impl ModelDescription {
         placements: [Pose; 2],
         closure: Closure,
     ) -> Self {
-        self.loops.push(LoopDescription {
-            name: name.into(),
-            bodies: bodies.map(|name| name.map(str::to_owned)),
-            placements,
-            closure,
-        });
+        let closed = LoopDescription::new(name, bodies, placements, closure);
+        self.loops.push(closed);
         self
     }
 
@@ -175,13 +209,8 @@ impl ModelDescription {
         ratio: f64,
         offset: f64,
     ) -> Self {
-        self.couplings.push(CouplingDescription {
-            name: name.into(),
-            body: body.into(),
-            other: other.into(),
-            ratio,
-            offset,
-        });
+        let coupled = CouplingDescription::new(name, body, other, ratio, offset);
+        self.couplings.push(coupled);
         self
     }
 }

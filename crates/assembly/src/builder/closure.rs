@@ -52,12 +52,8 @@ impl Builder {
         placements: [Pose; 2],
         closure: Closure,
     ) -> Self {
-        self.loops.push(LoopDescription {
-            name: name.into(),
-            bodies: bodies.map(|name| name.map(str::to_owned)),
-            placements,
-            closure,
-        });
+        let closed = LoopDescription::new(name, bodies, placements, closure);
+        self.loops.push(closed);
         self
     }
 
@@ -71,13 +67,8 @@ impl Builder {
         ratio: f64,
         offset: f64,
     ) -> Self {
-        self.couplings.push(CouplingDescription {
-            name: name.into(),
-            body: body.into(),
-            other: other.into(),
-            ratio,
-            offset,
-        });
+        let coupled = CouplingDescription::new(name, body, other, ratio, offset);
+        self.couplings.push(coupled);
         self
     }
 
