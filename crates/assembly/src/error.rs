@@ -50,23 +50,29 @@ pub enum ModelError {
     },
     /// A parent that is not in the model.
     #[error(
-        "body `{body}` names the parent `{parent}`, which is not a body of the model; add it or correct the name"
+        "body `{body}` names the parent `{parent}`, which is not a body of the model{}; add it or correct the name",
+        hint(.meant.as_ref())
     )]
     UnknownParent {
         /// The body.
         body: String,
         /// Its missing parent.
         parent: String,
+        /// A body that is nearly spelt like it.
+        meant: Option<String>,
     },
     /// A frame or coupling that refers to a body outside the model.
     #[error(
-        "`{user}` refers to `{body}`, which is not a body of the model; add it or correct the name"
+        "`{user}` refers to `{body}`, which is not a body of the model{}; add it or correct the name",
+        hint(.meant.as_ref())
     )]
     UnknownBody {
         /// Who refers to it.
         user: String,
         /// The missing body.
         body: String,
+        /// A body that is nearly spelt like it.
+        meant: Option<String>,
     },
     /// Bodies that are each other's ancestors.
     #[error(
@@ -319,4 +325,9 @@ impl core::fmt::Display for InertiaViolation {
             Self::TriangleInequality => "one principal moment exceeds the sum of the other two",
         })
     }
+}
+
+/// What may have been meant by an unknown name.
+fn hint(meant: Option<&String>) -> String {
+    meant.map_or_else(String::new, |name| format!(" (is `{name}` meant?)"))
 }

@@ -13,11 +13,11 @@ pub use glam;
 #[cfg(feature = "urdf")]
 pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
-    self as assembly, BallRange, Body, BodyDescription, BodyId, BodyShape, BuildError, Builder,
-    Built, Centerline, Closure, Compound, Coupling, CouplingDescription, Edit, Edited, Frame,
-    FrameDescription, Joint, JointKind, JointLimits, Loop, LoopDescription, MassProperties, Mimic,
-    Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring, State, Stop, Units,
-    generate, mechanism, schedule,
+    self as assembly, BallRange, Body, BodyDescription, BodyId, BodyProperties, BodyShape,
+    BuildError, Builder, Built, Centerline, Closure, Compound, Coupling, CouplingDescription, Edit,
+    Edited, Frame, FrameDescription, Joint, JointKind, JointLimits, Loop, LoopDescription,
+    MassProperties, Mimic, Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring,
+    State, Stop, Units, generate, mechanism, schedule,
 };
 pub use vertebra_collision::{
     self as collision, ClassifiedPair, ClosePair, Collider, Culling, Curve, CurvePoint, Curves,
