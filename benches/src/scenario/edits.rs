@@ -104,18 +104,25 @@ impl Edits {
         }))
     }
 
-    /// What comes after an edit: a simulation of the new model in its state, on one thread.
+    /// What comes after an edit: a simulation of the new model in its state, on one thread. The error is what the
+    /// state changes by that is read back.
     fn resumed(&self, meter: &Meter, method: &str, model: &Model) -> anyhow::Result<Option<Row>> {
         let state = State::random(model, self.seed);
+        let resume = || {
+            let mut simulation = Simulation::new(model.clone())?;
+            simulation.set_state(state.clone())?;
+            Ok::<_, vertebra::Error>(simulation)
+        };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
-        let timing = pool.install(|| {
-            meter.time(|| {
-                let mut simulation = Simulation::new(model.clone())?;
-                simulation.set_state(state.clone())?;
-                Ok::<_, vertebra::Error>(simulation)
-            })
+        let (timing, back) = pool.install(|| {
+            let mut simulation = resume()?;
+            let back = simulation.state()?.clone();
+            meter.time(resume).map(|timing| (timing, back))
         })?;
+        let off = |error, (a, b): (&f64, &f64)| worst_of(error, (a - b).abs());
+        let error = back.q.iter().zip(&state.q).fold(0.0, off);
         Ok(timing.map(|timing| Row {
+            error_forward: Some(error),
             note: "a simulation and its state, ready to step".to_owned(),
             ..Row::new(NAME, method, "f64", COUNT.into(), "bodies", &timing)
         }))

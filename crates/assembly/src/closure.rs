@@ -293,8 +293,8 @@ fn check_name<'a>(
 
 fn known(user: &str, body: &str, by_name: &HashMap<&str, usize>) -> Result<usize, ModelError> {
     (by_name.get(body).copied()).ok_or_else(|| ModelError::UnknownBody {
-        user: user.to_owned(),
-        body: body.to_owned(),
+        user: user.into(),
+        body: body.into(),
         meant: None,
     })
 }

@@ -51,8 +51,8 @@ pub(crate) fn check_all(description: &ModelDescription) -> (Vec<usize>, Vec<Mode
             && !by_name.contains_key(mimic.body.as_str())
         {
             problems.push(ModelError::UnknownBody {
-                user: body.name.clone(),
-                body: mimic.body.clone(),
+                user: body.name.as_str().into(),
+                body: mimic.body.as_str().into(),
                 meant: None,
             });
         }
@@ -82,7 +82,7 @@ fn hint(description: &ModelDescription, problems: &mut [ModelError]) {
     });
     for (name, meant) in unknown.take(HINTS) {
         let names = description.bodies.iter().map(|body| body.name.as_str());
-        *meant = spelling::nearest(name, names).map(str::to_owned);
+        *meant = spelling::nearest(name, names).map(Box::from);
     }
 }
 
@@ -146,8 +146,8 @@ fn check_frames(
             && !by_name.contains_key(body.as_str())
         {
             problems.push(ModelError::UnknownBody {
-                user: frame.name.clone(),
-                body: body.clone(),
+                user: frame.name.as_str().into(),
+                body: body.as_str().into(),
                 meant: None,
             });
         }
@@ -171,8 +171,8 @@ fn parents_first(
             Some(parent) => match by_name.get(parent.as_str()) {
                 Some(&parent) => children[parent].push(index),
                 None => problems.push(ModelError::UnknownParent {
-                    body: body.name.clone(),
-                    parent: parent.clone(),
+                    body: body.name.as_str().into(),
+                    parent: parent.as_str().into(),
                     meant: None,
                 }),
             },

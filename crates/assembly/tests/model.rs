@@ -196,8 +196,8 @@ fn names_and_references_are_checked() {
         }
     );
     let unknown = |user: &str| ModelError::UnknownBody {
-        user: user.to_owned(),
-        body: "hand".to_owned(),
+        user: user.into(),
+        body: "hand".into(),
         meant: None,
     };
     assert_eq!(

@@ -52,7 +52,7 @@ struct Readme;
 #[doc = include_str!("../../../docs/gpu.md")]
 struct Guide;
 
-/// The example of the guide to closed loops, compiled and run with the documentation tests.
+/// The examples of the guide to closed loops, compiled and run with the documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/loops.md")]
 struct Loops;
@@ -61,6 +61,11 @@ struct Loops;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/joints.md")]
 struct Joints;
+
+/// The example of the guide to files, compiled and run with the documentation tests.
+#[cfg(all(doctest, feature = "files"))]
+#[doc = include_str!("../../../docs/files.md")]
+struct Files;
 
 #[cfg(test)]
 mod tests {

@@ -99,7 +99,7 @@ fn stops_behind_bodies_adrift_are_the_same_in_all_equations() {
         let expected = of(&loaded.joint) - e * of(&qdd);
         // Of the same size cancel: the torque of the stop in excess, and its E times the acceleration.
         let scale = (of(&loaded.joint).length()) + (e.abs() * of(&qdd).abs()).length();
-        let off = (of(&passed) - expected).length();
+        let off = (of(passed) - expected).length();
         assert!(
             off <= 64.0 * bound * scale,
             "`{}`: {off:e} of {scale:e}",
