@@ -1,6 +1,6 @@
 //! What acts in the joints of loops, and joints that follow others.
 
-use super::simulation;
+use super::{off, simulation};
 use glam::DVec3;
 use vertebra_assembly::{Joint, MassProperties, Mimic, ModelDescription, mechanism};
 use vertebra_dynamics::{Forces, Integrator, Simulation, Solver, SolverOptions};

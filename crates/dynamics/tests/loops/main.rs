@@ -17,3 +17,10 @@ fn simulation(model: &Model, state: &State, integrator: Integrator) -> Simulatio
     simulation.set_state(state.clone()).unwrap();
     simulation
 }
+
+/// The largest difference over the largest value.
+fn off(found: &[f64], right: &[f64]) -> f64 {
+    let largest =
+        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, x| m.max(x.abs()));
+    largest(&mut found.iter().zip(right).map(|(a, b)| a - b)) / largest(&mut right.iter().copied())
+}

@@ -1,6 +1,6 @@
 //! Every solver on loops: divide and conquer, to a tolerance, in batches.
 
-use super::simulation;
+use super::{off, simulation};
 use core::f64::consts::PI;
 use glam::{DQuat, DVec3};
 use vertebra_assembly::{Closure, Model, State, generate, mechanism};
@@ -17,12 +17,6 @@ fn accelerations(model: &Model, state: &State, options: &SolverOptions) -> (Vec<
     let forces = Forces::none(model);
     let qdd = solver.forward_dynamics(model, state, &forces).unwrap();
     (qdd.to_vec(), solver)
-}
-
-fn off(found: &[f64], right: &[f64]) -> f64 {
-    let largest =
-        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, x| m.max(x.abs()));
-    largest(&mut found.iter().zip(right).map(|(a, b)| a - b)) / largest(&mut right.iter().copied())
 }
 
 /// Mechanisms in motion, and a long chain whose end is held.
