@@ -288,6 +288,11 @@ impl Elements {
         Ok(&self.loaded)
     }
 
+    /// The forces and inertias of the last solution.
+    pub(crate) const fn loaded(&self) -> &Forces {
+        &self.loaded
+    }
+
     /// Work done by the elements in the steps taken so far; of loops [`Simulation`](crate::Simulation::work) knows.
     #[must_use]
     pub const fn work(&self) -> &Work {
