@@ -1,8 +1,7 @@
 //! Iterative refinement: a correction of a solution by what it leaves of the bodies' own equations.
 //!
-//! The solution is three sets of numbers, each rounded by itself: accelerations a and transmitted
-//! forces f of the bodies, and joint accelerations qdd. They leave, of the equations of a body and its
-//! joint,
+//! Accelerations a and transmitted forces f of the bodies and joint accelerations qdd leave, of the equations
+//! of a body and its joint,
 //!
 //! r = external + f - I a - sum over children of X' f_child,   j = X a_before + c + S qdd - a,
 //!
@@ -11,12 +10,17 @@
 //! of the solution serve once more, so that a correction is one sweep of vectors up and down. Taken as
 //! residuals of joint forces, r would grow with the condition of the mass matrix, up to n^4 on chains.
 //!
-//! j is rounding where a chunk went from body to body, and the error of the joins where it starts at a
-//! cut body or ends with a leaf. It is taken out first, chunk by chunk: e = X e_before + j from e = 0
-//! where the chunk hangs makes a + e match across all of its joints. r is that of a + e, and what then
-//! responds has no jump left inside, so that nothing need be kept of the inertias between the joints.
+//! Any f near those of the solution will do: how far off they are is in r. The solution knows the forces on the ends of each
+//! chunk; from its tip inwards f is what balances the body, so that of r the part is left that S'f = tau then takes
+//! out, and what the outboard half of a cut body is off balance by, at which the sum ends.
+//!
+//! The error of the joins is that the halves of a cut body do not accelerate alike: each has the acceleration of its chunk,
+//! and g, by which the inboard half's is more, is a jump between the two. So inside a chunk nothing is off but by rounding.
+//! There j is rounding too where a chunk went from body to body, and more where it ends with a leaf or bodies have been moved
+//! since. It is taken out first: e = X e_before + j from e = 0 where the chunk starts makes a + e match across all of its joints.
+//! r is that of a + e, and what then responds has no jump left inside, so that nothing need be kept of the inertias between the joints.
 //! What hangs from a body with its old a (side branches, the outboard half of a cut body) sees its e as
-//! a jump of the handle.
+//! a jump of the handle. Corrections of a and of the forces on the ends are kept, f is made of them once more.
 
 use super::chunk::Own;
 use super::interior::Freedom;
@@ -24,8 +28,9 @@ use super::join::Node;
 use super::plan::{ChunkPlan, Inboard, Outboard, Part, Plan, Raked};
 use super::rake::Rake;
 use super::solution::Acting;
-use super::split::{Divide, Fault, Outcome, PARALLEL_BODIES, Slots, divide, for_each};
+use super::split::{Divide, Fault, Inner, Outcome, PARALLEL_BODIES, Slots, divide, for_each};
 use super::tree::{Descent, Rakes, Tree};
+use crate::link::Kind;
 use crate::refine::{Loads, Size};
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{Force, Motion, Real, Vec3};
@@ -35,50 +40,53 @@ use vertebra_spatial::{Force, Motion, Real, Vec3};
 pub(super) struct Corrections<T> {
     /// e of each body, about its joint's origin.
     pub(super) jumps: Vec<Motion<T>>,
-    /// r of each body, about its handle point.
+    /// r of each body, of a cut one of its inboard half, about its handle point.
     pub(super) loads: Vec<Force<T>>,
+    /// The same of the outboard half, one entry a chunk that starts there.
+    pub(super) beyond: Vec<Force<T>>,
+    /// g, likewise.
+    pub(super) gaps: Vec<Motion<T>>,
     /// Corrections of the accelerations; of the freedoms.
     accelerations: Vec<Motion<T>>,
     pub(super) qdd: Vec<T>,
-    /// Corrections of the transmitted forces.
-    wrenches: Vec<Force<T>>,
-    /// For each chunk, the slot of the first body beyond its cut body on the path.
-    beyond: Vec<Option<usize>>,
 }
 
 impl<T: Real> Corrections<T> {
     pub(super) fn new(plan: &Plan<T>) -> Self {
-        let mut beyond = vec![None; plan.chunks.len()];
-        for (index, chunk) in plan.chunks.iter().enumerate() {
-            if let Inboard::Cut(cut) = chunk.inboard {
-                // The chunk whose last slot it is.
-                let inboard = plan.extents.partition_point(|extent| extent.slot <= cut) - 1;
-                beyond[inboard] = Some(plan.extents[index].slot);
-            }
-        }
         let (bodies, freedoms) = (plan.len(), plan.model_dofs.len());
+        let inner = plan.extents[plan.chunks.len()].inner;
         Self {
             jumps: vec![Motion::ZERO; bodies],
             loads: vec![Force::ZERO; bodies],
+            beyond: vec![Force::ZERO; inner],
+            gaps: vec![Motion::ZERO; inner],
             accelerations: vec![Motion::ZERO; bodies],
             qdd: vec![T::ZERO; freedoms],
-            wrenches: vec![Force::ZERO; bodies],
-            beyond,
         }
     }
 }
 
-/// A chunk's own share of what the equations leave.
-type Left<'a, T> = (Slots<'a, Motion<T>>, Slots<'a, Force<T>>);
+/// A chunk's own share of what does not match: e of its bodies, g.
+type Jumps<'a, T> = (Slots<'a, Motion<T>>, Inner<'a, Motion<T>>);
+
+/// A chunk's own share of what the equations leave: transmitted forces, r of its bodies and of the half it starts at.
+type Left<'a, T> = (
+    (Slots<'a, Force<T>>, Slots<'a, Force<T>>),
+    Inner<'a, Force<T>>,
+);
 
 impl<T: Real, L: Real> Tree<T, L> {
-    /// Corrects the solution once, or adds the response to other loads; gives the residual before. The
-    /// transmitted forces have to be there.
-    pub(super) fn correct(&mut self, loads: Loads, threads: bool) -> Result<f64, Fault> {
+    /// Corrects the solution once, or adds the response to other loads; gives the residual before.
+    pub(super) fn correct(
+        &mut self,
+        loads: Loads,
+        acting: Acting<'_>,
+        threads: bool,
+    ) -> Result<f64, Fault> {
         let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
         let mut own =
             (self.corrections.take()).unwrap_or_else(|| Corrections::new(&self.plan).into());
-        let corrected = self.correct_in(&mut own, loads, parallel);
+        let corrected = self.correct_in(&mut own, loads, acting, parallel);
         self.corrections = Some(own);
         corrected
     }
@@ -92,24 +100,24 @@ impl<T: Real, L: Real> Tree<T, L> {
         &mut self,
         own: &mut Corrections<T>,
         loads: Loads,
+        acting: Acting<'_>,
         parallel: bool,
     ) -> Result<f64, Fault> {
-        let left = (Slots(&mut own.jumps), Slots(&mut own.loads));
         let chunks = 0..self.plan.chunks.len();
-        let beyond = &own.beyond;
-        let residual = divide(
+        let jumps = (Slots(&mut own.jumps), Inner(&mut own.gaps));
+        let mismatch = divide(
             parallel,
             &self.plan.extents,
             chunks,
-            left,
-            &|chunk, left| self.measure(chunk, beyond[chunk], loads, left),
+            jumps,
+            &|chunk, jumps| self.mismatch(chunk, loads, jumps),
         );
+        let residual = mismatch.and(match loads {
+            Loads::Left | Loads::Settled => self.measure::<false>(own, acting, parallel),
+            Loads::Rounding => self.measure::<true>(own, acting, parallel),
+        });
         let descended = self.respond_again(own, parallel);
-        let acting = Acting::Loads {
-            loads: &own.loads,
-            jumps: &own.jumps,
-        };
-        self.transmit_into(&mut own.wrenches, &acting, parallel);
+        self.keep_ends(true);
         self.exchange(own);
         descended?;
         for (a, &change) in self.chunks.accelerations.iter_mut().zip(&own.accelerations) {
@@ -117,9 +125,6 @@ impl<T: Real, L: Real> Tree<T, L> {
         }
         for (qdd, &change) in self.chunks.qdd.iter_mut().zip(&own.qdd) {
             *qdd += change;
-        }
-        for (f, &change) in self.wrenches.iter_mut().zip(&own.wrenches) {
-            *f += change;
         }
         Ok(residual)
     }
@@ -149,59 +154,143 @@ impl<T: Real, L: Real> Tree<T, L> {
         core::mem::swap(&mut self.chunks.qdd, &mut own.qdd);
     }
 
-    /// What the equations of a chunk's bodies leave; gives the largest part of any term that it is.
-    fn measure(
-        &self,
-        chunk: usize,
-        beyond: Option<usize>,
-        loads: Loads,
-        (jumps_out, loads_out): Left<'_, T>,
-    ) -> f64 {
-        let (plan, places) = (&self.plan, &self.places.bodies);
-        let slots = plan.slots_of(chunk);
+    /// e of a chunk's bodies and g; gives the largest part of any term of a match that j is.
+    fn mismatch(&self, chunk: usize, loads: Loads, (jumps, gap): Jumps<'_, T>) -> f64 {
+        let slots = self.plan.slots_of(chunk);
         let (first, last) = (slots.start, slots.end - 1);
-        let mut jump = Motion::ZERO;
+        let settled = loads == Loads::Settled;
         let mut worst = f64::DONE;
-        for (slot, (jump_out, load_out)) in slots.zip(jumps_out.0.iter_mut().zip(loads_out.0)) {
-            let placed = &places[slot];
+        jumps.0.fill(Motion::ZERO);
+        gap.0.fill(Motion::ZERO);
+        if loads == Loads::Rounding {
+            return worst;
+        }
+        let seam = |slot| {
+            let above = self.above_a_seam(chunk, slot, (first, last), settled)?;
+            Some(self.jump(slot, above))
+        };
+        let mut slots = slots.zip(jumps.0);
+        if let [gap] = gap.0
+            && let Some((slot, _)) = slots.next()
+            && let Some((own, part)) = seam(slot)
+        {
+            *gap = own.shifted(-self.places.bodies[slot].offset);
+            worst = part;
+        }
+        if !settled && self.plan.chunks[chunk].outboard != Outboard::Leaf {
+            return worst;
+        }
+        let mut jump = Motion::ZERO;
+        for (slot, kept) in slots {
             if slot > first {
-                jump = jump.shifted(placed.offset);
+                jump = jump.shifted(self.places.bodies[slot].offset);
             }
-            let settled = loads == Loads::Settled;
-            if loads != Loads::Rounding
-                && let Some(above) = self.above_a_seam(chunk, slot, (first, last), settled)
-            {
-                let (own, part) = self.jump(slot, above);
+            if let Some((own, part)) = seam(slot) {
                 worst = worst.and(part);
                 jump += own;
             }
-            *jump_out = jump;
+            *kept = jump;
+        }
+        worst
+    }
 
-            let (mut a, mut f) = (self.chunks.accelerations[slot] + jump, self.wrenches[slot]);
+    /// Transmitted forces, and what with them the equations of all bodies leave; gives the largest part of its
+    /// terms that it is.
+    fn measure<const ROUNDING: bool>(
+        &mut self,
+        own: &mut Corrections<T>,
+        acting: Acting<'_>,
+        parallel: bool,
+    ) -> f64 {
+        let mut wrenches = core::mem::take(&mut self.wrenches);
+        let mut residual = f64::DONE;
+        for round in 0..self.plan.schedule.round_count() {
+            let range = self.plan.schedule.chunks_in(round);
+            let start = self.plan.extents[range.start];
+            let (before, forces) = wrenches.split_at_mut(start.slot);
+            let left = (
+                (Slots(forces), Slots(&mut own.loads[start.slot..])),
+                Inner(&mut own.beyond[start.inner..]),
+            );
+            let jumps = (own.jumps.as_slice(), own.gaps.as_slice());
+            let worst = divide(parallel, &self.plan.extents, range, left, &|chunk, left| {
+                self.balance::<ROUNDING>(chunk, before, jumps, acting, left)
+            });
+            residual = residual.and(worst);
+        }
+        self.wrenches = wrenches;
+        residual
+    }
+
+    /// The same of a chunk.
+    fn balance<const ROUNDING: bool>(
+        &self,
+        chunk: usize,
+        before: &[Force<T>],
+        (jumps, gaps): (&[Motion<T>], &[Motion<T>]),
+        acting: Acting<'_>,
+        ((forces, loads), beyond): Left<'_, T>,
+    ) -> f64 {
+        let (plan, places) = (&self.plan, &self.places.bodies);
+        let slots = plan.slots_of(chunk);
+        let last = slots.end - 1;
+        let [x, tip] = self.ends[chunk];
+        let mut worst = f64::DONE;
+        // What the next body takes, and the same with the force on the tip.
+        let mut taken = Force::ZERO;
+        let own = forces.0.iter_mut().zip(loads.0).rev();
+        for (slot, (force, load)) in slots.rev().zip(own) {
+            let placed = &places[slot];
+            let mut a = self.chunks.accelerations[slot] + jumps[slot];
             if plan.at_center[slot] {
                 a = placed.handle_acceleration(a);
-                f = f.shifted_back(-placed.arm);
             }
-            let inertial = placed.inertia.mul(a);
-            let mut rest = f + placed.external - inertial;
-            let mut size = (Size::of_force(f).or(Size::of_force(placed.external)))
-                .or(Size::of_force(inertial));
-            let next = if slot == last { beyond } else { Some(slot + 1) };
-            if let Some(next) = next {
-                let taken = self.wrenches[next].shifted_back(places[next].offset);
-                rest -= taken;
-                size = size.or(Size::of_force(taken));
-            }
+            let mut inertial = placed.inertia.mul(a);
+            let mut external = placed.external;
             for &raked in plan.rakes[slot].iter().flatten() {
-                let taken = self.taken(&self.wrenches, raked);
-                rest -= taken;
-                size = size.or(Size::of_force(taken));
+                external -= self.taken(before, raked);
             }
+            if slot == last {
+                let share = T::from_f64(plan.chunks[chunk].last_share);
+                (inertial, external) = (inertial * share, external * share + tip);
+            }
+            let mut balanced = inertial - external + taken;
+            if plan.at_center[slot] {
+                balanced = balanced.shifted_back(placed.arm);
+            }
+            let mut f = balanced;
+            match plan.links[slot].kind {
+                Kind::Revolute => f.angular -= self.hinge_excess(slot, f, acting),
+                _ => f = self.along_freedoms(slot, f, acting),
+            }
+            let rest = f - balanced;
+            let mut size =
+                (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
             worst = worst.and(size.left(Size::of_force(rest)));
-            *load_out = match loads {
-                Loads::Left | Loads::Settled => rest,
-                Loads::Rounding => size.or(Size::of_turning(&placed.inertia, a)).rounding(slot),
+            *load = if ROUNDING {
+                size = size.or(Size::of_force(taken));
+                size.or(Size::of_turning(&placed.inertia, a)).rounding(slot)
+            } else if plan.at_center[slot] {
+                rest.shifted_back(-placed.arm)
+            } else {
+                rest
             };
+            *force = f;
+            taken = f.shifted_back(placed.offset);
+        }
+        if let (Inboard::Cut(cut), [beyond]) = (plan.chunks[chunk].inboard, beyond.0) {
+            let placed = &places[cut];
+            let inboard = placed.handle_acceleration(self.chunks.accelerations[cut]);
+            let a = inboard - gaps[plan.extents[chunk].inner];
+            let mut half = placed.inertia.mul(a) - placed.external;
+            for &raked in plan.rakes[cut].iter().flatten() {
+                half += self.taken(before, raked);
+            }
+            half = half * T::HALF;
+            let rest = x - half - taken;
+            let size = (Size::of_force(x).or(Size::of_force(half))).or(Size::of_force(taken));
+            worst = worst.and(size.left(Size::of_force(rest)));
+            *beyond = if ROUNDING { Force::ZERO } else { rest };
         }
         worst
     }
@@ -340,22 +429,21 @@ impl<T: Real, L: Real> Given<'_, T, L> {
         if rakes[0].is_some() {
             let arm = self.rakes.places.bodies[slot].arm;
             let jump = self.corrections.jumps[slot].shifted(arm);
+            let share = T::from_f64(share);
             for &raked in rakes.iter().flatten() {
-                bias += self.rakes.bias(raked, jump);
+                bias += self.rakes.bias(raked, jump) * share;
             }
         }
-        bias * T::from_f64(share)
+        bias
     }
 
-    /// The same of the outboard half of a cut body, to which the jump is one of its neighbour.
-    fn bias_beyond(&self, slot: usize) -> Force<T> {
-        let placed = &self.rakes.places.bodies[slot];
-        let jump = self.corrections.jumps[slot].shifted(placed.arm);
-        let mut bias = -self.corrections.loads[slot] - placed.inertia.mul(jump);
-        for &raked in self.rakes.plan.rakes[slot].iter().flatten() {
-            bias += self.rakes.bias(raked, Motion::ZERO);
+    /// The same of the outboard half of a cut body. Side branches hang from the inboard half's acceleration.
+    fn bias_beyond(&self, inner: usize, cut: usize) -> Force<T> {
+        let mut bias = -self.corrections.beyond[inner];
+        for &raked in self.rakes.plan.rakes[cut].iter().flatten() {
+            bias += self.rakes.bias(raked, -self.corrections.gaps[inner]) * T::HALF;
         }
-        bias * T::HALF
+        bias
     }
 
     /// [`chunk::assemble`](super::chunk::assemble) of biases alone, with the factors it left.
@@ -397,7 +485,7 @@ impl<T: Real, L: Real> Given<'_, T, L> {
         if let Inboard::Cut(cut) = inboard
             && let Some(inverse) = own.inner.first_mut()
         {
-            bias += self.bias_beyond(cut);
+            bias += self.bias_beyond(plan.extents[chunk].inner, cut);
             inverse.bias = inverse.own.mul(&bias.to_array());
             ends[0] = inverse.own.transpose_mul(&inverse.bias).map(|x| -x);
             add_scaled(
@@ -421,6 +509,10 @@ impl<T: Real, L: Real> Given<'_, T, L> {
         if let Some(kept) = own.nodes.first_mut() {
             let jump = self.corrections.jumps[last].shifted(places[last].arm);
             add_scaled(&mut ends[1], &jump.to_array(), T::ONE);
+            if inner {
+                let gap = self.corrections.gaps[plan.extents[chunk].inner];
+                add_scaled(&mut ends[0], &gap.to_array(), -T::ONE);
+            }
             [kept.b1, kept.b2] = ends.map(|end| end.map(T::cast));
         }
     }

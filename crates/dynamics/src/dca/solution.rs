@@ -8,19 +8,10 @@ use crate::drive::transmitted;
 use crate::link::Scales;
 use crate::own::OwnInertia;
 use crate::residual::Solution;
-use vertebra_spatial::{Force, Motion, Number, Real};
+use vertebra_spatial::{Force, Motion, Number, Real, Vec3};
 
-/// What acts on the bodies.
-pub(super) enum Acting<'a, T> {
-    /// All there is.
-    All(&'a Forces, &'a Scales),
-    /// In a [correction](super::correct) loads alone, which have jumps of the accelerations in them
-    /// already; at rest.
-    Loads {
-        loads: &'a [Force<T>],
-        jumps: &'a [Motion<T>],
-    },
-}
+/// The forces that are given, and the factors to the model's units.
+pub(super) type Acting<'a> = (&'a Forces, &'a Scales);
 
 impl<T: Real, L: Real> Tree<T, L> {
     /// Acceleration of a body's joint's origin, gravity taken off.
@@ -33,24 +24,13 @@ impl<T: Real, L: Real> Tree<T, L> {
         self.wrenches[self.plan.slots[body] as usize]
     }
 
-    /// Computes the transmitted forces of the solution.
+    /// Computes the transmitted forces of the solution from the tips of every chunk inwards, so that no sum is
+    /// longer than one: of each body's inertia and bias, what its rakes and the next body take, and what
+    /// acts on the chunk's tip. What rounding leaves of them along a joint's freedoms is taken out,
+    /// as the articulated-body algorithm does.
     pub(super) fn transmit(&mut self, forces: &Forces, scales: &Scales, threads: bool) {
         let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
         let mut wrenches = core::mem::take(&mut self.wrenches);
-        self.transmit_into(&mut wrenches, &Acting::All(forces, scales), parallel);
-        self.wrenches = wrenches;
-    }
-
-    /// Computes transmitted forces from the tips of every chunk inwards, so that no sum is longer
-    /// than one: of each body's inertia and bias, what its rakes and the next body take, and what
-    /// acts on the chunk's tip. What rounding leaves of them along a joint's freedoms is taken out,
-    /// as the articulated-body algorithm does.
-    pub(super) fn transmit_into(
-        &self,
-        wrenches: &mut [Force<T>],
-        acting: &Acting<'_, T>,
-        parallel: bool,
-    ) {
         for round in 0..self.plan.schedule.round_count() {
             let range = self.plan.schedule.chunks_in(round);
             let start = self.plan.extents[range.start].slot;
@@ -61,16 +41,17 @@ impl<T: Real, L: Real> Tree<T, L> {
                 range,
                 Slots(own),
                 &|chunk, own: Slots<'_, _>| {
-                    self.transmit_chunk(chunk, acting, before, own.0);
+                    self.transmit_chunk(chunk, (forces, scales), before, own.0);
                 },
             );
         }
+        self.wrenches = wrenches;
     }
 
     fn transmit_chunk(
         &self,
         chunk: usize,
-        acting: &Acting<'_, T>,
+        acting: Acting<'_>,
         before: &[Force<T>],
         own: &mut [Force<T>],
     ) {
@@ -79,21 +60,12 @@ impl<T: Real, L: Real> Tree<T, L> {
         for slot in slots.rev() {
             let placed = &self.places.bodies[slot];
             let a = self.chunks.accelerations[slot];
-            let mut f = match acting {
-                Acting::All(..) => {
-                    placed.inertia.mul(placed.handle_acceleration(a)) - placed.external
-                }
-                Acting::Loads { loads, jumps } => {
-                    let response = (a - jumps[slot]).shifted(placed.arm);
-                    placed.inertia.mul(response) - loads[slot]
-                }
-            };
+            let mut f = placed.inertia.mul(placed.handle_acceleration(a)) - placed.external;
             for &raked in self.plan.rakes[slot].iter().flatten() {
                 f += self.taken(before, raked);
             }
             if slot == last {
-                f = f * T::from_f64(self.plan.chunks[chunk].last_share);
-                f -= self.tip_force(chunk);
+                f = f * T::from_f64(self.plan.chunks[chunk].last_share) - self.ends[chunk][1];
             } else {
                 let next = self.places.bodies[slot + 1].offset;
                 f += own[slot + 1 - first].shifted_back(next);
@@ -119,21 +91,30 @@ impl<T: Real, L: Real> Tree<T, L> {
         }
     }
 
+    /// The joint force given along a freedom of a slot's joint.
+    #[inline(always)]
+    fn given_force(&self, slot: usize, freedom: usize, (forces, scales): Acting<'_>) -> T {
+        let given = self.plan.links[slot].v + freedom;
+        T::from_f64(forces.joint[given] / scales.force[given])
+    }
+
+    /// How much a force has along a hinge too much, of which axis: the joint force drives it, but for what
+    /// the hinge's own inertia takes.
+    #[inline(always)]
+    pub(super) fn hinge_excess(&self, slot: usize, f: Force<T>, acting: Acting<'_>) -> Vec3<T> {
+        let dof = self.plan.dofs[slot] as usize;
+        let axis = self.places.columns[dof].angular;
+        let tau = self.given_force(slot, 0, acting) - self.added[dof] * self.chunks.qdd[dof];
+        axis * (axis.dot(f.angular) - tau)
+    }
+
     /// Replaces the part of a force along a joint's freedoms by the joint force.
-    pub(super) fn along_freedoms(
-        &self,
-        slot: usize,
-        f: Force<T>,
-        acting: &Acting<'_, T>,
-    ) -> Force<T> {
+    pub(super) fn along_freedoms(&self, slot: usize, f: Force<T>, acting: Acting<'_>) -> Force<T> {
         let dofs = self.plan.dofs_of(slot);
         let columns = &self.places.columns[dofs.clone()];
         let mut tau = [T::ZERO; 6];
-        if let Acting::All(forces, scales) = acting {
-            let first = self.plan.links[slot].v;
-            for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
-                *tau = T::from_f64(forces.joint[first + k] / scales.force[first + k]);
-            }
+        for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
+            *tau = self.given_force(slot, k, acting);
         }
         let own = OwnInertia {
             diagonal: &self.added,
