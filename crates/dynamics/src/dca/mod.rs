@@ -10,6 +10,7 @@
 //!
 //! All vectors are in world axes about the bodies' handle points, accelerations conventional.
 
+mod balance;
 mod chunk;
 mod correct;
 mod interior;
@@ -209,7 +210,7 @@ impl DcaWorkspace {
         forces.check(&self.model)?;
         if !self.wrenches_computed {
             let threads = self.options.parallel;
-            in_tree!(&mut self.trees, tree => tree.transmit(forces, &self.scales, threads));
+            in_tree!(&mut self.trees, tree => tree.transmit((forces, &self.scales), threads));
             self.wrenches_computed = true;
         }
         Ok(())

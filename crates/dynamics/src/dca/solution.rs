@@ -1,6 +1,7 @@
 //! What a solved tree says of its bodies: accelerations, and the forces that the joints transmit.
 
-use super::plan::Raked;
+use super::place::Places;
+use super::plan::{Plan, Raked};
 use super::split::{PARALLEL_BODIES, Slots, divide};
 use super::tree::Tree;
 use crate::Forces;
@@ -28,9 +29,19 @@ impl<T: Real, L: Real> Tree<T, L> {
     /// longer than one: of each body's inertia and bias, what its rakes and the next body take, and what
     /// acts on the chunk's tip. What rounding leaves of them along a joint's freedoms is taken out,
     /// as the articulated-body algorithm does.
-    pub(super) fn transmit(&mut self, forces: &Forces, scales: &Scales, threads: bool) {
+    pub(super) fn transmit(&mut self, acting: Acting<'_>, threads: bool) {
         let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
         let mut wrenches = core::mem::take(&mut self.wrenches);
+        let driving = Driving {
+            plan: &self.plan,
+            columns: &self.places.columns,
+            own: OwnInertia {
+                diagonal: &self.added,
+                across: &self.across,
+            },
+            qdd: &self.chunks.qdd,
+            acting,
+        };
         for round in 0..self.plan.schedule.round_count() {
             let range = self.plan.schedule.chunks_in(round);
             let start = self.plan.extents[range.start].slot;
@@ -41,7 +52,7 @@ impl<T: Real, L: Real> Tree<T, L> {
                 range,
                 Slots(own),
                 &|chunk, own: Slots<'_, _>| {
-                    self.transmit_chunk(chunk, (forces, scales), before, own.0);
+                    self.transmit_chunk(chunk, &driving, before, own.0);
                 },
             );
         }
@@ -51,7 +62,7 @@ impl<T: Real, L: Real> Tree<T, L> {
     fn transmit_chunk(
         &self,
         chunk: usize,
-        acting: Acting<'_>,
+        driving: &Driving<'_, T>,
         before: &[Force<T>],
         own: &mut [Force<T>],
     ) {
@@ -62,7 +73,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             let a = self.chunks.accelerations[slot];
             let mut f = placed.inertia.mul(placed.handle_acceleration(a)) - placed.external;
             for &raked in self.plan.rakes[slot].iter().flatten() {
-                f += self.taken(before, raked);
+                f += taken(&self.plan, &self.places, before, raked);
             }
             if slot == last {
                 f = f * T::from_f64(self.plan.chunks[chunk].last_share) - self.ends[chunk][1];
@@ -73,58 +84,8 @@ impl<T: Real, L: Real> Tree<T, L> {
             if self.plan.at_center[slot] {
                 f = f.shifted_back(placed.arm);
             }
-            own[slot - first] = self.along_freedoms(slot, f, acting);
+            own[slot - first] = driving.along_freedoms(slot, f);
         }
-    }
-
-    /// What paths raked onto a body take of its force, about its handle point.
-    pub(super) fn taken(&self, wrenches: &[Force<T>], raked: Raked) -> Force<T> {
-        match raked {
-            Raked::Chunk { head, .. } | Raked::Join { head, .. } => {
-                wrenches[head].shifted_back(self.places.bodies[head].offset)
-            }
-            // Sums of sums are as deep as a logarithm.
-            Raked::Sum(sum) => {
-                let [a, b] = self.plan.sums[sum];
-                self.taken(wrenches, a) + self.taken(wrenches, b)
-            }
-        }
-    }
-
-    /// The joint force given along a freedom of a slot's joint.
-    #[inline(always)]
-    fn given_force(&self, slot: usize, freedom: usize, (forces, scales): Acting<'_>) -> T {
-        let given = self.plan.links[slot].v + freedom;
-        T::from_f64(forces.joint[given] / scales.force[given])
-    }
-
-    /// How much a force has along a hinge too much, of which axis: the joint force drives it, but for what
-    /// the hinge's own inertia takes.
-    #[inline(always)]
-    pub(super) fn hinge_excess(&self, slot: usize, f: Force<T>, acting: Acting<'_>) -> Vec3<T> {
-        let dof = self.plan.dofs[slot] as usize;
-        let axis = self.places.columns[dof].angular;
-        let tau = self.given_force(slot, 0, acting) - self.added[dof] * self.chunks.qdd[dof];
-        axis * (axis.dot(f.angular) - tau)
-    }
-
-    /// Replaces the part of a force along a joint's freedoms by the joint force.
-    pub(super) fn along_freedoms(&self, slot: usize, f: Force<T>, acting: Acting<'_>) -> Force<T> {
-        let dofs = self.plan.dofs_of(slot);
-        let columns = &self.places.columns[dofs.clone()];
-        let mut tau = [T::ZERO; 6];
-        for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
-            *tau = self.given_force(slot, k, acting);
-        }
-        let own = OwnInertia {
-            diagonal: &self.added,
-            across: &self.across,
-        };
-        let held = own.of(dofs.clone()).mul(&self.chunks.qdd[dofs]);
-        for (tau, held) in tau.iter_mut().zip(held) {
-            *tau -= held;
-        }
-        transmitted(f, columns, &tau)
     }
 
     /// All that [`residual`](crate::residual) asks for.
@@ -145,5 +106,69 @@ impl<T: Real, L: Real> Tree<T, L> {
             f: bodies.map(|body| self.wrench(body).map(T::widen)).collect(),
             qdd,
         }
+    }
+}
+
+/// What paths raked onto a body take of its force, about its handle point, given the transmitted forces of their heads.
+pub(super) fn taken<T: Real>(
+    plan: &Plan<T>,
+    places: &Places<T>,
+    wrenches: &[Force<T>],
+    raked: Raked,
+) -> Force<T> {
+    match raked {
+        Raked::Chunk { head, .. } | Raked::Join { head, .. } => {
+            wrenches[head].shifted_back(places.bodies[head].offset)
+        }
+        // Sums of sums are as deep as a logarithm.
+        Raked::Sum(sum) => {
+            let [a, b] = plan.sums[sum];
+            taken(plan, places, wrenches, a) + taken(plan, places, wrenches, b)
+        }
+    }
+}
+
+/// What drives the freedoms.
+pub(super) struct Driving<'a, T> {
+    pub(super) plan: &'a Plan<T>,
+    /// Motion subspaces.
+    pub(super) columns: &'a [Motion<T>],
+    /// Inertia of the freedoms' own.
+    pub(super) own: OwnInertia<'a, T>,
+    pub(super) qdd: &'a [T],
+    pub(super) acting: Acting<'a>,
+}
+
+impl<T: Real> Driving<'_, T> {
+    /// The joint force given along a freedom of a slot's joint.
+    #[inline(always)]
+    fn given(&self, slot: usize, freedom: usize) -> T {
+        let (forces, scales) = self.acting;
+        let given = self.plan.links[slot].v + freedom;
+        T::from_f64(forces.joint[given] / scales.force[given])
+    }
+
+    /// What a force has along a hinge too much: the joint force drives it, but for what its own inertia takes.
+    #[inline(always)]
+    pub(super) fn hinge_excess(&self, slot: usize, f: Force<T>) -> Vec3<T> {
+        let dof = self.plan.dofs[slot] as usize;
+        let axis = self.columns[dof].angular;
+        let tau = self.given(slot, 0) - self.own.diagonal[dof] * self.qdd[dof];
+        axis * (axis.dot(f.angular) - tau)
+    }
+
+    /// Replaces the part of a force along a joint's freedoms by what drives them.
+    pub(super) fn along_freedoms(&self, slot: usize, f: Force<T>) -> Force<T> {
+        let dofs = self.plan.dofs_of(slot);
+        let columns = &self.columns[dofs.clone()];
+        let mut tau = [T::ZERO; 6];
+        for (k, tau) in tau.iter_mut().enumerate().take(columns.len()) {
+            *tau = self.given(slot, k);
+        }
+        let held = self.own.of(dofs.clone()).mul(&self.qdd[dofs]);
+        for (tau, held) in tau.iter_mut().zip(held) {
+            *tau -= held;
+        }
+        transmitted(f, columns, &tau)
     }
 }

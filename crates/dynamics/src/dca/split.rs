@@ -81,16 +81,6 @@ impl<X: Send> Divide for Slots<'_, X> {
     }
 }
 
-/// An array with one entry a chunk that starts at a cut body.
-pub(super) struct Inner<'a, X>(pub(super) &'a mut [X]);
-
-impl<X: Send> Divide for Inner<'_, X> {
-    fn divide(self, at: &Extent) -> (Self, Self) {
-        let (own, rest) = self.0.split_at_mut(at.inner);
-        (Self(own), Self(rest))
-    }
-}
-
 impl<A: Divide, B: Divide> Divide for (A, B) {
     fn divide(self, at: &Extent) -> (Self, Self) {
         let ((a, more_a), (b, more_b)) = (self.0.divide(at), self.1.divide(at));

@@ -4,8 +4,7 @@
 //! rest those are the loads of a [correction](super::correct) without jumps, and what responds is x: one sweep of
 //! vectors up and down, in as many rounds as the solution took.
 
-use super::correct::Corrections;
-use super::split::PARALLEL_BODIES;
+use super::correct::{Corrections, Source};
 use super::tree::Tree;
 use crate::drive::transmitted;
 use vertebra_spatial::{Force, Motion, Real};
@@ -13,19 +12,15 @@ use vertebra_spatial::{Force, Motion, Real};
 impl<T: Real, L: Real> Tree<T, L> {
     /// Replaces joint forces by accelerations, both in the model's units and order; not numbers where they overflow.
     pub(super) fn substitute(&mut self, values: &mut [f64], threads: bool) {
-        let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
         let mut own =
             (self.corrections.take()).unwrap_or_else(|| Corrections::new(&self.plan).into());
         own.jumps.fill(Motion::ZERO);
-        own.loads.fill(Force::ZERO);
-        own.beyond.fill(Force::ZERO);
-        own.gaps.fill(Motion::ZERO);
+        own.loads.clear();
+        own.loads.resize(self.plan.len(), Force::ZERO);
         for slot in 0..self.plan.len() {
             self.load(slot, values, &mut own.loads);
         }
-        let responded = self.respond_again(&mut own, parallel);
-        self.exchange(&mut own);
-        if responded.is_ok() {
+        if self.sweep(&mut own, Source::Given, threads).is_ok() {
             for (&dof, x) in self.plan.model_dofs.iter().zip(&own.qdd) {
                 values[dof as usize] = x.to_f64();
             }
