@@ -129,7 +129,7 @@ pub const DRIVEN_NUMBERS: usize = 7;
 pub const WORKS: usize = 5;
 
 /// Words of a join in a table of rounds.
-pub const RECORD: u32 = 8;
+pub const RECORD: u32 = 10;
 
 /// Lanes of a workgroup that goes through rounds of joins.
 pub const WORK_LANES: u32 = 256;
@@ -144,6 +144,15 @@ const MIXED_LANES: u32 = 128;
 
 /// Numbers of workgroup memory that a join takes.
 const JOIN_MEMORY: u32 = 92 + 92;
+
+/// Joins of a workgroup that have a place on chip for what they hand to others, and the word of those that have none.
+pub const PLACES: u32 = 128;
+/// See [`PLACES`].
+pub const NOWHERE: u32 = 255;
+
+/// Numbers of such a place: of forces between parts; where vectors go up, of b1 and b2.
+const HANDED_DOWN: u32 = 6;
+const HANDED_UP: u32 = 12;
 
 macro_rules! part {
     ($name:literal) => {
@@ -311,8 +320,8 @@ impl Dca {
     #[must_use]
     pub fn work_parts(self, advance: Advance) -> Kernel {
         let kernel = self.with_chunks(self.joining("work_parts", self.chunks, MIXED_LANES));
-        let kernel = kernel.with(part!("work_parts")).with(part!("rakes_onto"));
-        advancing(kernel, advance)
+        let kernel = mixed(kernel).with(part!("work_parts"));
+        advancing(kernel.with(part!("rakes_onto")), advance)
     }
 
     /// Rounds of any kind in a correction, joins too computed in the precision of the chunks.
@@ -324,7 +333,7 @@ impl Dca {
             part!("rakes_none"),
             part!("reassemble_rakes"),
         ];
-        let kernel = self.with_reassembly(kernel);
+        let kernel = self.with_reassembly(mixed(kernel));
         advancing(parts.into_iter().fold(kernel, Kernel::with), advance)
     }
 
@@ -533,22 +542,22 @@ impl Dca {
         let joins = lanes / TEAM;
         let kernel = self.teams(name, precision, lanes).with(part!("join_team"));
         let kernel = kernel.constant("COARSER", self.coarser());
-        self.sharing(kernel, joins * JOIN_MEMORY * precision.bytes())
+        let handed = HANDED_DOWN * PLACES * self.tree.bytes();
+        self.sharing(kernel, joins * JOIN_MEMORY * precision.bytes() + handed)
     }
 
     /// Rounds whose joins are corrected.
     fn rejoining(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
-        self.teams(name, precision, lanes)
-            .with(part!("rejoin_team"))
-            .with(part!("change"))
+        let kernel = self.teams(name, precision, lanes);
+        let kernel = kernel.with(part!("rejoin_team")).with(part!("change"));
+        self.sharing(kernel, HANDED_UP * PLACES * self.tree.bytes())
     }
 
     /// Rounds, joins of which teams of lanes take.
     fn teams(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
         self.dynamics(name, precision, lanes)
+            .with(part!("seams"))
             .with(part!("part_team"))
-            .with(part!("rounds"))
-            .with(part!("teams"))
     }
 
     fn precise(self, kernel: Kernel, precision: Precision) -> Kernel {
@@ -566,6 +575,11 @@ impl Dca {
             .stride("scratch", 4 * self.chunks.bytes())
             .requires(self.chunks.features() | self.tree.features())
     }
+}
+
+/// Rounds in which there is more than joins.
+fn mixed(kernel: Kernel) -> Kernel {
+    kernel.with(part!("rounds")).with(part!("teams"))
 }
 
 fn advancing(kernel: Kernel, advance: Advance) -> Kernel {

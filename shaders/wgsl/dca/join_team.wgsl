@@ -14,6 +14,8 @@ const PHI22 = 69u;
 // Columns of Y_A, Y_B, and y.
 const COLUMNS = 13u;
 
+const HANDED = 6u;
+
 // Both parts' nodes. A column takes the place of what it is solved from: a row of Phi12 of the inboard part, a
 // column of that of the outboard one, the latter's b1. What stays the first's becomes the whole's but for Phi12.
 const PAIR = 2u * NODE_NUMBERS;
@@ -71,8 +73,18 @@ fn between(first: u32) -> Inertia {
     );
 }
 
+// What a lane knows of a join before its round.
+struct Up {
+    seam: Seam,
+    has_join: bool,
+}
+
+fn known_up(seam: Seam, has_join: bool, lane: u32) -> Up { return Up(seam, has_join); }
+
 // One join of each team, or none; all lanes of the workgroup come here.
-fn go_up_join(seam: Seam, has_join: bool, lane: u32) {
+fn go_up_join(known: Up, lane: u32) {
+    let seam = known.seam;
+    let has_join = known.has_join;
     let place = lane / TEAM;
     let own = lane % TEAM;
     let first = PAIR * place;
@@ -151,6 +163,11 @@ fn go_up_join(seam: Seam, has_join: bool, lane: u32) {
     // Before the next joins take their places.
     workgroupBarrier();
 }
+
+// Nodes go through memory.
+fn end_round_up() { storageBarrier(); }
+
+fn end_up() {}
 
 // The products of all columns by two: a lane's with the six that follow, in a ring of thirteen, and with
 // itself, so that each pair is one lane's and all have the same number. They make up the whole's node, `to`.

@@ -31,32 +31,35 @@ fn put_two(at: u32, stride: u32, v: Force) {
     put(at + stride, vec4<real>(v.linear, 0.0));
 }
 
-// Adds a change to what is kept; the first solution is kept as it is. Gives the sum.
-fn add_two(at: u32, stride: u32, v: Motion) -> Motion {
-    var sum = Force(v.angular, v.linear);
-    if !is_first() {
-        sum = force_add(sum, fetch_two(at, stride));
-    }
-    put_two(at, stride, sum);
-    return Motion(sum.angular, sum.linear);
-}
-
 // The force on the outboard part of a join, of all solutions.
 fn force_at(join: u32) -> Force { return fetch_two(kept_at() + join, sizes.joins); }
 
-// A number of the first force, or of what a correction adds, as the chunks are given it.
-fn keep_number(join: u32, own: u32, number: real) {
-    let at = kept_at() + join + own / 3u * sizes.joins;
-    var sum = chunk_real(tree_real(number));
-    if !is_first() {
-        sum += scratch[at][own % 3u];
+// A number of it before this correction.
+fn kept_number(join: u32, own: u32) -> chunk_real {
+    if is_first() {
+        return chunk_real(0.0);
     }
-    scratch[at][own % 3u] = sum;
+    return scratch[kept_at() + join + own / 3u * sizes.joins][own % 3u];
 }
 
-// The acceleration of a cut body, as the chunk on one side has it.
-fn keep_end(join: u32, side: u32, a: Motion) {
-    _ = add_two(kept_at() + side * sizes.joins + join, sizes.joins, a);
+// Adds a number, as the chunks are given it.
+fn keep_number(join: u32, own: u32, kept: chunk_real, number: real) {
+    let at = kept_at() + join + own / 3u * sizes.joins;
+    scratch[at][own % 3u] = kept + chunk_real(tree_real(number));
+}
+
+// The acceleration of a cut body, as the chunk on one side has it, before this correction.
+fn kept_end(join: u32, side: u32) -> Motion {
+    if is_first() || join == NONE {
+        return motion_zero();
+    }
+    return end_at(join, side);
+}
+
+fn keep_end(join: u32, side: u32, kept: Motion, a: Motion) {
+    let sum = motion_add(kept, a);
+    let at = kept_at() + side * sizes.joins + join;
+    put_two(at, sizes.joins, Force(sum.angular, sum.linear));
 }
 
 fn end_at(join: u32, side: u32) -> Motion {
@@ -74,9 +77,18 @@ fn apart(join: u32) -> Force {
     );
 }
 
-// The acceleration of a body's joint.
-fn keep_body(slot: u32, a: Motion) -> Motion {
-    return add_two(solved_at() + slot, sizes.slots, a);
+// The acceleration of a body's joint, before this correction.
+fn kept_body(slot: u32) -> Motion {
+    if is_first() {
+        return motion_zero();
+    }
+    return solved(slot);
+}
+
+fn keep_body(slot: u32, kept: Motion, a: Motion) -> Motion {
+    let sum = motion_add(kept, a);
+    put_two(solved_at() + slot, sizes.slots, Force(sum.angular, sum.linear));
+    return sum;
 }
 
 fn solved(slot: u32) -> Motion {
@@ -86,7 +98,12 @@ fn solved(slot: u32) -> Motion {
 
 fn put_handle(slot: u32, handle: Motion) {
     put_two(moved_at() + slot, sizes.slots, Force(handle.angular, handle.linear));
-    _ = add_two(carriers_at() + slot + sizes.slots, sizes.slots, handle);
+    let at = carriers_at() + slot + sizes.slots;
+    var sum = Force(handle.angular, handle.linear);
+    if !is_first() {
+        sum = force_add(sum, fetch_two(at, sizes.slots));
+    }
+    put_two(at, sizes.slots, sum);
 }
 
 // What a path's joins are given at its head: an acceleration, or what a correction adds to it.

@@ -6,13 +6,19 @@ const INBOARD_SIDE = 2u;
 
 fn is_first() -> bool { return true; }
 
-fn keep_number(join: u32, own: u32, number: real) {}
+fn kept_number(join: u32, own: u32) -> chunk_real { return chunk_real(0.0); }
+
+fn keep_number(join: u32, own: u32, kept: chunk_real, number: real) {}
 
 fn keep_factor(join: u32, factor: Cholesky6) {}
 
-fn keep_end(join: u32, side: u32, a: Motion) {}
+fn kept_end(join: u32, side: u32) -> Motion { return motion_zero(); }
 
-fn keep_body(slot: u32, a: Motion) -> Motion { return a; }
+fn keep_end(join: u32, side: u32, kept: Motion, a: Motion) {}
+
+fn kept_body(slot: u32) -> Motion { return motion_zero(); }
+
+fn keep_body(slot: u32, kept: Motion, a: Motion) -> Motion { return a; }
 
 fn put_handle(slot: u32, handle: Motion) {
     let at = carriers_at() + slot;

@@ -207,20 +207,17 @@ fn drive_of(slot: u32, kind: u32) -> Drive {
     );
 }
 
-// What a joint that accelerates so is to transmit along its freedoms, in joint axes: tau - E qdd.
+// What a joint that accelerates so is to transmit along its one freedom, or along its several freedoms in joint axes:
+// tau - E qdd.
+fn driven_one(spot: Spot, tau: real, qdd: real) -> real {
+    let one = load_one(spot.slot, spot.q, spot.v, tau);
+    return one.force - one.own * qdd;
+}
+
 fn driven(spot: Spot, qdd: Motion) -> Force {
     let v = spot.v;
-    let kind = kind_of(spot.flags);
     var load: Load;
-    switch kind {
-        case REVOLUTE, PRISMATIC, SCREW: {
-            let one = load_one(spot.slot, spot.q, v, joint_force(v));
-            let along: vec3<real> = vec3<real>(0.0, 0.0, one.force - one.own * qdd.angular.x);
-            if kind == PRISMATIC {
-                return Force(zero3(), along);
-            }
-            return Force(along, zero3());
-        }
+    switch kind_of(spot.flags) {
         case SPHERICAL: { load = load_turning(spot.slot, spot.q, v); }
         case FREE: { load = load_all(v); }
         default: { return force_zero(); }

@@ -55,7 +55,9 @@ fn drive_of(slot: u32, kind: u32) -> Drive {
     }
 }
 
-// What a joint that accelerates so is to transmit along its freedoms, in joint axes.
+// What a joint that accelerates so is to transmit along its one freedom, or along its freedoms in joint axes.
+fn driven_one(spot: Spot, tau: real, qdd: real) -> real { return tau; }
+
 fn driven(spot: Spot, qdd: Motion) -> Force { return drive_of(spot.slot, kind_of(spot.flags)).force; }
 
 fn compliant(g: Inertia, drive: Drive) -> Inertia { return g; }

@@ -69,6 +69,9 @@ const PUSHED_SLOTS = 4u;
 
 const NONE = 0xffffffffu;
 
+// Words of a join in the table of a round: itself, then what dynamics or kinematics want to know.
+const RECORD = 10u;
+
 // Stages that can fail, in the order of the recording's.
 const SINGULAR = 0u;
 const UNJOINED = 1u;

@@ -15,6 +15,9 @@ struct Known {
     record: Four,
     rest: vec4<real>,
     begun: Begun,
+    // Of the solutions before: the body's acceleration, the joint's if it has one freedom.
+    kept: Motion,
+    qdd: real,
 }
 
 fn known_of(slot: u32) -> Known {
@@ -26,7 +29,26 @@ fn known_of(slot: u32) -> Known {
         get4(at, sizes.dofs),
         fetch(at + 3u * sizes.dofs),
         begun_at(spot),
+        kept_body(slot),
+        kept_joint(spot.v),
     );
+}
+
+fn kept_joint(v: u32) -> real {
+    if is_first() {
+        return 0.0;
+    }
+    return real(state[accelerations_at() + v]);
+}
+
+// The acceleration of a joint in the solutions before.
+fn joint_before(known: Known, kind: u32) -> Motion {
+    switch kind {
+        case REVOLUTE, PRISMATIC, SCREW: {
+            return Motion(vec3<real>(known.qdd, 0.0, 0.0), zero3());
+        }
+        default: { return joint_motion(accelerations_at() + known.spot.v, kind); }
+    }
 }
 
 fn respond_one(record: Four, rest: vec4<real>, s: Motion, f2: Force, given: Motion) -> Response {
@@ -67,6 +89,11 @@ fn respond_chunk(chunk: u32) {
     let leaf = chunk_word(chunk, LEAF);
     let before = chunk_word(chunk, BEFORE);
     let after = chunk_word(chunk, AFTER);
+    // What is needed later, so that it is there by then.
+    var next = known_of(slot_at(slots, 0u));
+    var ahead = slot_ahead(slots, 1u);
+    let inboard_end = kept_end(before, OUTBOARD);
+    let outboard_end = kept_end(after, INBOARD_SIDE);
     var ends = Ends(force_zero(), force_zero());
     if after != NONE {
         ends.f2 = force_scaled(acting(after), -1.0);
@@ -97,10 +124,8 @@ fn respond_chunk(chunk: u32) {
         );
         let center = upper6(inverse.factor, moved);
         a = Motion(center.angular, center.linear);
-        keep_end(before, OUTBOARD, a);
+        keep_end(before, OUTBOARD, inboard_end, a);
     }
-    var next = known_of(slot_at(slots, 0u));
-    var ahead = slot_ahead(slots, 1u);
     for (var place = 0u; place < slots.length; place++) {
         let known = next;
         next = known_of(ahead);
@@ -126,13 +151,13 @@ fn respond_chunk(chunk: u32) {
             response = respond(known, axes, tip, a);
         }
         a = response.body;
-        let body = keep_body(slot, a);
+        let body = keep_body(slot, known.kept, a);
         if !(is_finite3(body.angular) && is_finite3(body.linear)) {
             fail(OVERFLOW, slot);
         }
         var joint = response.joint;
         if !is_first() {
-            joint = motion_add(joint, joint_motion(accelerations_at() + known.spot.v, kind));
+            joint = motion_add(joint, joint_before(known, kind));
         }
         advance(slot, kind, joint, known.begun);
         let carries = (flags & CARRIES) != 0u;
@@ -140,7 +165,7 @@ fn respond_chunk(chunk: u32) {
         if carries || is_cut {
             let handle = motion_add(motion_shifted(a, arm), centripetal(spin, arm));
             if is_cut {
-                keep_end(after, INBOARD_SIDE, handle);
+                keep_end(after, INBOARD_SIDE, outboard_end, handle);
             }
             if carries {
                 put_handle(slot, handle);

@@ -7,9 +7,6 @@ const SUM = 1u;
 // A chunk of the first round, in kinematics.
 const LEADING = 2u;
 
-// Words of a join in the table of a round: itself, then what dynamics or kinematics want to know.
-const RECORD = 8u;
-
 // Where a round's chunks and sums, its joins and the next round start.
 struct Bounds {
     first: u32,

@@ -219,9 +219,10 @@ impl Chain<'_> {
                 .gpu_time()
                 .unwrap_or_else(|| start.elapsed().as_secs_f64()))
         })?;
+        let profile = self.profile(&mut simulation, Simulation::solve)?;
         Ok(timing.map(|timing| Row {
             error_forward: Some(forward),
-            note: "without kinematics".to_owned(),
+            note: format!("without kinematics{profile}"),
             ..self.row(method, &timing)
         }))
     }
@@ -243,9 +244,10 @@ impl Chain<'_> {
             let share = (row.time_median_s / alone.time_median_s - 1.0) / sweeps;
             Row {
                 note: format!(
-                    "without kinematics; a correction takes {:.0} % of the solution's {:.1} us",
+                    "a correction takes {:.0} % of the solution's {:.1} us; {}",
                     100.0 * share,
-                    1e6 * alone.time_median_s
+                    1e6 * alone.time_median_s,
+                    row.note
                 ),
                 ..row
             }
@@ -293,7 +295,9 @@ impl Chain<'_> {
         }
         waits.sort_by(f64::total_cmp);
         let wait = waits.get(waits.len() / 2).copied().unwrap_or_default();
-        let profile = self.profile(&mut simulation)?;
+        let profile = self.profile(&mut simulation, |simulation| {
+            simulation.steps(TIMED_STEP, 1)
+        })?;
         let method = if count == 1 { "step" } else { "step-16" };
         Ok(timing.map(|timing| Row {
             error_forward: Some(forward),
@@ -310,8 +314,12 @@ impl Chain<'_> {
         }))
     }
 
-    /// Shares of the kernels, each dispatch timed by itself.
-    fn profile(&self, simulation: &mut Simulation) -> anyhow::Result<String> {
+    /// Shares of the kernels in a run, each dispatch timed by itself.
+    fn profile<E: Into<anyhow::Error>>(
+        &self,
+        simulation: &mut Simulation,
+        run: impl Fn(&mut Simulation) -> Result<(), E>,
+    ) -> anyhow::Result<String> {
         if !self.device.features().contains(Features::TIMESTAMP_QUERY) {
             return Ok(String::new());
         }
@@ -319,7 +327,7 @@ impl Chain<'_> {
         let (state, _) = &self.subject.inputs[0];
         simulation.set_state(state)?;
         for _ in 0..4 {
-            simulation.steps(TIMED_STEP, 1)?;
+            run(simulation).map_err(Into::into)?;
         }
         Ok(format!(
             "; one by one{}",

@@ -6,10 +6,44 @@
 
 use super::tables::small;
 use core::ops::Range;
-use vertebra_shaders::dca::{RECORD, item};
+use vertebra_shaders::dca::{NOWHERE, PLACES, RECORD, item};
 
 /// What tables say of a join.
 pub(super) type Record = [u32; RECORD as usize];
+
+/// Places on chip of what the joins of a dispatch hand to others of their workgroup, by joins.
+#[derive(Debug)]
+pub(super) struct Places(Vec<u32>);
+
+impl Places {
+    pub(super) fn of(&self, join: usize) -> u32 {
+        self.0.get(join).copied().unwrap_or(NOWHERE)
+    }
+
+    /// Numbers the joins of each workgroup, if there is nothing but joins and room for all of them.
+    fn new(groups: &[Vec<Vec<Item>>], joins: usize, width: &Width) -> Option<Self> {
+        let mut places = Self(vec![NOWHERE; joins]);
+        for group in groups {
+            let mut place = 0;
+            for round in group {
+                if round.len() * width.join > width.lanes {
+                    return None;
+                }
+                for item in round {
+                    let Item::Join(join) = *item else {
+                        return None;
+                    };
+                    if place == PLACES {
+                        return None;
+                    }
+                    places.0[join] = place;
+                    place += 1;
+                }
+            }
+        }
+        Some(places)
+    }
+}
 
 /// What is done in a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +94,7 @@ pub(super) struct Layered {
     pub(super) rounds: u32,
     /// First word of its table.
     pub(super) starts: u32,
-    /// Whether there is anything but joins.
+    /// Whether there is anything but joins, or more of these than have a place.
     pub(super) mixed: bool,
     /// Whether anything is done on the way down.
     pub(super) down: bool,
@@ -112,7 +146,7 @@ impl Rounds {
         &self,
         start: usize,
         width: &Width,
-        record: &dyn Fn(usize) -> Record,
+        record: &dyn Fn(usize, &Places) -> Record,
         words: &mut Vec<u32>,
     ) -> Vec<Layered> {
         let end = self.items.len();
@@ -138,20 +172,22 @@ impl Rounds {
         &self,
         rounds: Range<usize>,
         width: &Width,
-        record: &dyn Fn(usize) -> Record,
+        record: &dyn Fn(usize, &Places) -> Record,
         words: &mut Vec<u32>,
     ) -> Layered {
         let groups = self.groups(&rounds, width);
+        let places = Places::new(&groups, self.joins, width);
         let others = |item: &&Item| !matches!(item, Item::Join(_));
         let joins = |item: &&Item| matches!(item, Item::Join(_));
         let layered = Layered {
             groups: small(groups.len()),
             rounds: small(rounds.len()),
             starts: small(words.len()),
-            mixed: groups.iter().flatten().flatten().any(|item| others(&item)),
+            mixed: places.is_none(),
             down: (groups.iter().flatten().flatten())
                 .any(|item| matches!(item, Item::Join(_) | Item::Chunk(_))),
         };
+        let places = places.unwrap_or(Places(Vec::new()));
         let mut at = words.len() + groups.len() * (2 * rounds.len() + 1);
         for group in &groups {
             words.push(small(at));
@@ -173,7 +209,7 @@ impl Rounds {
             }
             for &item in round {
                 if let Item::Join(join) = item {
-                    words.extend(record(join));
+                    words.extend(record(join, &places));
                 }
             }
         }
@@ -314,7 +350,7 @@ mod tests {
                 rounds: 3,
             };
             let mut words = vec![7, 7, 7];
-            let record = |join| [small(join); RECORD as usize];
+            let record = |join, _: &Places| [small(join); RECORD as usize];
             let layers = rounds.layers(1, &width, &record, &mut words);
             // Dispatch, group and round of each item that is done; chunks are done before.
             let mut done = vec![None; rounds.node_count()];

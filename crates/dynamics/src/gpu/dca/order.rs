@@ -1,9 +1,10 @@
 //! How the kernels number what a plan has: chunks, slots, joins, and what is raked onto bodies.
 
-use super::layers::{Item, Record};
+use super::layers::{Item, Places, Record};
 use super::tables::{NONE, small};
 use crate::dca::plan::{Inboard, Parent, Part, Plan, Raked};
 use core::ops::Range;
+use vertebra_shaders::dca::NOWHERE;
 
 /// How the kernels number chunks and slots, against the plan.
 pub(super) struct Order {
@@ -129,7 +130,7 @@ pub(super) struct Joins<'a> {
 
 impl Joins<'_> {
     /// As `Seam` of the kernels' rounds of teams has it.
-    pub(super) fn in_dynamics(&self, index: usize) -> Record {
+    pub(super) fn in_dynamics(&self, index: usize, places: &Places) -> Record {
         let (plan, order) = (self.plan, self.order);
         let join = &plan.joins[index];
         let end = &plan.extents[plan.chunks.len()];
@@ -139,6 +140,17 @@ impl Joins<'_> {
         };
         let slot = |slot: usize| order.new_slots[slot];
         let [before, after] = self.seams.of(plan, Part::Join(index));
+        let of_part = |part| match part {
+            Part::Chunk(_) => NOWHERE,
+            Part::Join(join) => places.of(join),
+        };
+        let others = [
+            of_part(join.inboard),
+            of_part(join.outboard),
+            places.of(before as usize),
+            places.of(after as usize),
+        ];
+        let packed = |packed, place| packed << 8 | place;
         [
             small(index),
             node(join.inboard),
@@ -148,6 +160,8 @@ impl Joins<'_> {
             join.head.map_or(NONE, |head| slot(head.slot)),
             join.head.and_then(|head| head.carrier).map_or(NONE, slot),
             self.rakes.of_joins[index],
+            others.into_iter().rev().fold(0, packed),
+            places.of(index),
         ]
     }
 
@@ -164,6 +178,8 @@ impl Joins<'_> {
             under,
             across,
             carrier.map_or(NONE, |slot| order.new_slots[slot]),
+            NONE,
+            NONE,
             NONE,
             NONE,
         ]

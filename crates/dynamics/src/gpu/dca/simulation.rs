@@ -16,7 +16,7 @@ use crate::{Elements, Error, Forces, Integrator, Precision};
 use std::collections::VecDeque;
 use vertebra_assembly::schedule::Schedule;
 use vertebra_assembly::{Model, State};
-use vertebra_gpu::{Device, Pending, Timing};
+use vertebra_gpu::{Device, Output, Pending, Timing};
 use vertebra_spatial::Pose;
 
 /// Steps of a program, so that their number does not decide how often one is submitted.
@@ -301,12 +301,7 @@ impl Simulation {
             match pending.wait() {
                 Ok(output) => {
                     self.gpu_time = output.gpu_time();
-                    self.dispatch_times.clear();
-                    let times = output.dispatch_times();
-                    let times = times
-                        .into_iter()
-                        .map(|(label, time)| (label.to_owned(), time));
-                    self.dispatch_times.extend(times);
+                    self.dispatch_times = times_of(&output);
                 }
                 Err(error) => {
                     match engine::gravest(error) {
@@ -410,6 +405,7 @@ impl Simulation {
         match pending.wait() {
             Ok(output) => {
                 self.gpu_time = output.gpu_time();
+                self.dispatch_times = times_of(&output);
                 Ok(())
             }
             Err(error) => {
@@ -469,8 +465,7 @@ impl Simulation {
         self.gpu_time
     }
 
-    /// Kernel and time \[s\] of each dispatch of the latest run of steps, if they were taken one by
-    /// one.
+    /// Kernel and time \[s\] of each dispatch of the latest run, if they were taken one by one.
     #[must_use]
     pub fn dispatch_times(&self) -> Vec<(&str, f64)> {
         let times = self.dispatch_times.iter();
@@ -582,6 +577,14 @@ impl Simulation {
             },
         }
     }
+}
+
+/// Kernel and time of each dispatch of a run.
+fn times_of(output: &Output) -> Vec<(String, f64)> {
+    let times = output.dispatch_times().into_iter();
+    times
+        .map(|(label, time)| (label.to_owned(), time))
+        .collect()
 }
 
 fn engine<T: Scalar, L: Scalar>(device: &Device, tables: &Tables) -> Result<Engine<T, L>, Error> {

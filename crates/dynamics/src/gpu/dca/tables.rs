@@ -149,9 +149,14 @@ impl Tables {
             seams: &seams,
         };
         let words = &mut tables.words;
-        tables.work = rounds.layers(1, &work, &|join| joins.in_dynamics(join), words);
+        tables.work = rounds.layers(
+            1,
+            &work,
+            &|join, places| joins.in_dynamics(join, places),
+            words,
+        );
         rounds.lead();
-        tables.turn = rounds.layers(0, &turn, &|join| joins.in_kinematics(join), words);
+        tables.turn = rounds.layers(0, &turn, &|join, _| joins.in_kinematics(join), words);
         tables
     }
 
