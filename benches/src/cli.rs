@@ -183,7 +183,7 @@ pub struct MotionArgs {
     #[arg(long)]
     pub quick: bool,
     /// Simulated seconds of a run.
-    #[arg(long, default_value_t = 60.0, value_parser = positive_seconds)]
+    #[arg(long, default_value_t = 60.0, value_parser = positive_seconds, allow_negative_numbers = true)]
     pub seconds: f64,
     /// Run only the scenes whose names contain one of these; runs of the others in the folder stay.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -204,7 +204,7 @@ pub struct FuzzArgs {
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     pub models: Option<u64>,
     /// Stop after so many seconds, at the end of a block of 512 models, of 8 on a GPU.
-    #[arg(long, value_parser = positive_seconds)]
+    #[arg(long, value_parser = positive_seconds, allow_negative_numbers = true)]
     pub seconds: Option<f64>,
     /// Seed of everything random.
     #[arg(long, default_value_t = 1)]
@@ -454,6 +454,15 @@ mod tests {
     }
 
     #[test]
+    fn times_below_zero_are_refused_as_such() {
+        for command in ["fuzz", "motion"] {
+            let words = ["vertebra-bench", command, "--seconds", "-1"];
+            let refused = Cli::try_parse_from(words).expect_err("no time at all");
+            assert!(refused.to_string().contains("above zero"), "{refused}");
+        }
+    }
+
+    #[test]
     fn own_files_replace_the_scenarios_unless_named() {
         let parse = |words: &[&str]| {
             let cli = Cli::parse_from([&["vertebra-bench", "bench"], words].concat());
@@ -480,7 +489,7 @@ mod tests {
             );
         }
         assert!(
-            parse(&["joints", "--method", "cut-tree,step-bare"])
+            parse(&["joints", "--method", "cut-tree,weld,step-rough,step-16"])
                 .check()
                 .is_ok()
         );

@@ -88,6 +88,13 @@ fn report(arguments: &ReportArgs) -> anyhow::Result<()> {
 
 /// What several runs have in common.
 fn together(arguments: &ReportArgs) -> anyhow::Result<()> {
+    for data in &arguments.results {
+        anyhow::ensure!(
+            data.is_file() || data.join(results::RESULTS_JSON).exists(),
+            "{}: there is no results.json; name folders that `bench` has written",
+            data.display()
+        );
+    }
     let runs = arguments
         .results
         .iter()

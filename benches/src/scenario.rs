@@ -10,6 +10,7 @@ pub mod chunks;
 pub mod clipping;
 pub mod closeness;
 mod derivatives;
+mod edits;
 pub mod error_inputs;
 pub mod error_table;
 pub mod gpu;

@@ -1,14 +1,13 @@
 //! The scenario `joints`: steps of a chain with nothing, with springs and dampers, and with friction and stops in its
-//! joints, and the time it takes to cut a model in two while it moves.
+//! joints, and changes of a large model while it moves (`edits.rs`).
 
+use super::edits::Edits;
 use super::{Measurement, Meter, Selection};
 use crate::row::Row;
-use crate::suite::worst_of;
 use vertebra::generate::{self, Rod};
-use vertebra::schedule::{Schedule, ScheduleOptions};
 use vertebra::{
-    BodyId, Elements, Forces, JointLimits, Model, Precision, Simulation, Spring, State, Workspace,
-    aba, forward_error, forward_kinematics,
+    Elements, Forces, JointLimits, Model, Precision, Simulation, Spring, State, Workspace, aba,
+    forward_error,
 };
 
 /// Name of the scenario on the command line.
@@ -16,9 +15,6 @@ pub const NAME: &str = "joints";
 
 /// Bodies of the chain that takes steps.
 pub(super) const CHAIN: usize = 2048;
-
-/// Bodies of the models that are cut.
-const CUT: usize = 100_000;
 
 /// Time step \[s\].
 pub(super) const STEP: f64 = 1e-4;
@@ -32,12 +28,12 @@ pub struct Subject {
     bare: Model,
     sprung: Model,
     rough: Model,
-    cut: [(&'static str, Model); 2],
+    edits: Edits,
     seed: u64,
 }
 
 impl Subject {
-    /// A chain, the same with elements in all joints, and a chain and a tree to be cut.
+    /// A chain, the same with elements in all joints, and models to be changed.
     ///
     /// # Errors
     /// None in practice: the models can be built.
@@ -60,10 +56,7 @@ impl Subject {
         Ok(Self {
             sprung,
             rough: description.build()?,
-            cut: [
-                ("chain", generate::random_chain(CUT, &rod, seed)?),
-                ("tree", generate::tree(CUT, 2, &rod)?),
-            ],
+            edits: Edits::new(seed)?,
             bare,
             seed,
         })
@@ -94,14 +87,7 @@ impl Subject {
                 }));
             }
         }
-        for (shape, model) in &self.cut {
-            if selection.wants(&format!("cut-{shape}")) {
-                let label = format!("{shape} of {CUT}: cut");
-                list.push(Measurement::new(label, move |meter| {
-                    self.cut(meter, shape, model)
-                }));
-            }
-        }
+        list.extend(self.edits.measurements(selection));
         list
     }
 
@@ -130,48 +116,6 @@ impl Subject {
             error_forward: Some(error),
             note: "one state copied in a hundred steps".to_owned(),
             ..Row::new(NAME, method, "f64", CHAIN as u64, "bodies", &timing)
-        }))
-    }
-
-    /// Cuts a model at the middle body: a new model, its state, and its assembly tree, on one thread. The
-    /// error is what poses have changed by, as part of the model's extent.
-    fn cut(&self, meter: &Meter, shape: &str, model: &Model) -> anyhow::Result<Option<Row>> {
-        let state = State::random(model, self.seed);
-        let middle = BodyId(u32::try_from(model.bodies().len() / 2)?);
-        let cut = || -> anyhow::Result<_> {
-            let mut edit = model.edit(&state)?;
-            edit.cut(middle)?;
-            let edited = edit.finish()?;
-            let bodies = edited.model.bodies();
-            let parents: Vec<_> = bodies.iter().map(|body| body.parent).collect();
-            let masses: Vec<_> = bodies.iter().map(|body| body.mass.mass).collect();
-            let schedule = Schedule::of_tree(&parents, &masses, &ScheduleOptions::default())?;
-            Ok((edited, schedule))
-        };
-        let (edited, _) = cut()?;
-        let mut before = Workspace::new(model, Precision::F64);
-        forward_kinematics(model, &state, &mut before)?;
-        let mut after = Workspace::new(&edited.model, Precision::F64);
-        forward_kinematics(&edited.model, &edited.state, &mut after)?;
-        let (mut moved, mut extent) = (0.0_f64, 0.0_f64);
-        for (old, new) in model.body_ids().zip(&edited.bodies) {
-            let Some(new) = *new else { continue };
-            let (a, b) = (before.pose(old)?.translation, after.pose(new)?.translation);
-            moved = worst_of(moved, a.distance(b));
-            extent = extent.max(a.length());
-        }
-        let timing = meter.time(cut)?;
-        Ok(timing.map(|timing| Row {
-            error_forward: Some(moved / extent),
-            note: "a new model, its state and its assembly tree".to_owned(),
-            ..Row::new(
-                NAME,
-                &format!("cut-{shape}"),
-                "f64",
-                CUT as u64,
-                "bodies",
-                &timing,
-            )
         }))
     }
 }

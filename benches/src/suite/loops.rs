@@ -2,13 +2,16 @@
 
 use super::{Figure, Outcome, worst_of};
 use crate::scenario::loops::{STEP, mechanisms};
-use vertebra::{Precision, Simulation};
+use vertebra::{Model, Precision, Simulation};
 
-/// Steps taken.
-const STEPS: usize = 100_000;
-
-/// Bodies above which a tenth of the steps are taken, for the time's sake.
-const LARGE: usize = 8;
+/// Steps taken of a mechanism: 1e5, or a tenth of larger ones for the time's sake.
+pub(super) fn steps_of(model: &Model) -> usize {
+    if model.bodies().len() > 8 {
+        10_000
+    } else {
+        100_000
+    }
+}
 
 /// The largest violation of each mechanism's loops over their sizes in 1e5 steps of 1 ms (1e4 of the larger ones), with the
 /// tree in f64 and in f32: at most 1e-8 in both, since loops are in f64 whatever the tree is in.
@@ -22,8 +25,7 @@ pub fn violations() -> Outcome {
             let mut simulation = Simulation::new(model.clone())?.with_precision(precision)?;
             simulation.set_state(start)?;
             let mut violation = 0.0_f64;
-            let shorter = if model.bodies().len() > LARGE { 10 } else { 1 };
-            for _ in 0..STEPS / shorter {
+            for _ in 0..steps_of(&model) {
                 simulation.step(STEP)?;
                 let found = simulation.loop_violation()?;
                 violation = worst_of(violation, found.map_or(f64::NAN, |found| found.position));

@@ -293,8 +293,9 @@ fn check_name<'a>(
 
 fn known(user: &str, body: &str, by_name: &HashMap<&str, usize>) -> Result<usize, ModelError> {
     (by_name.get(body).copied()).ok_or_else(|| ModelError::UnknownBody {
-        user: user.to_owned(),
-        body: body.to_owned(),
+        user: user.into(),
+        body: body.into(),
+        meant: None,
     })
 }
 
@@ -364,9 +365,8 @@ impl Closure {
 pub(crate) fn resolve(
     loops: Vec<LoopDescription>,
     couplings: Vec<CouplingDescription>,
-    by_name: &HashMap<String, BodyId>,
+    find: impl Fn(&str) -> Option<BodyId>,
 ) -> (Vec<Loop>, Vec<Coupling>) {
-    let find = |name: &str| by_name.get(name).copied();
     let loops = loops.into_iter().map(|written| Loop {
         bodies: written.bodies.map(|body| body.and_then(|name| find(&name))),
         placements: written.placements.map(|placement| Pose {

@@ -3,15 +3,15 @@
 mod loops;
 
 use self::loops::of_model;
+use crate::body::{Bodies, body_id};
 use crate::kinematics::{Placed, across, beyond, project};
-use crate::model::{Bodies, body_id};
 use crate::{
-    Body, BodyId, Coupling, Frame, Joint, JointKind, Loop, MassProperties, Model, ModelError,
-    State, closure, massless, validate,
+    Body, BodyId, BodyProperties, Coupling, Frame, Joint, JointKind, Loop, MassProperties, Model,
+    ModelError, State, closure, massless, validate,
 };
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Of so many bodies on the way to one whose pose was asked for, one is remembered: a further question has as
 /// far to go at most, and memory is not spent on all of a long chain.
@@ -247,40 +247,37 @@ impl<'a> Edit<'a> {
         // What most bodies have not changed is known of the old model.
         let mut bodies = Bodies::with_capacity(order.len());
         bodies.sizes = self.model.inner.sizes.clone();
-        bodies.resist = self.model.inner.resist;
         for (body, _) in old.iter().zip(&self.removed).filter(|(_, gone)| **gone) {
             bodies.sizes.remove(&body.joint, &body.mass);
         }
         for (place, index) in order.into_iter().enumerate() {
             ids[index] = Some(body_id(place));
+            let parent = self.parents[index].and_then(|parent| ids[parent]);
             let known = old.get(index);
-            let changed = self.changed.remove(&index);
-            let (name, mass) = match known {
-                Some(body) => (body.name.clone(), body.mass),
-                None => {
-                    let added = &mut self.added[index - old.len()];
-                    (core::mem::take(&mut added.name), added.mass)
-                }
-            };
-            let joint = if let Some((joint, q, qd)) = changed {
+            let properties = if let Some((joint, q, qd)) = self.changed.remove(&index) {
                 state.q.extend(q);
                 state.qd.extend(qd);
-                if let Some(body) = known {
-                    bodies.sizes.remove(&body.joint, &body.mass);
-                }
+                let (name, mass) = match known {
+                    Some(body) => {
+                        bodies.sizes.remove(&body.joint, &body.mass);
+                        (body.name.clone(), body.mass)
+                    }
+                    None => {
+                        let added = &mut self.added[index - old.len()];
+                        (core::mem::take(&mut added.name), added.mass)
+                    }
+                };
                 bodies.sizes.add(&joint, &mass);
-                bodies.resist &= massless::resists_alone(&joint, &mass);
-                joint
+                BodyProperties::new(name, joint, mass)
             } else {
                 let Some(body) = known else { continue };
                 state
                     .q
                     .extend_from_slice(&self.state.q[body.position_range()]);
                 state.qd.extend_from_slice(&self.state.qd[body.dof_range()]);
-                body.joint.clone()
+                Arc::clone(&body.properties)
             };
-            let parent = self.parents[index].and_then(|parent| ids[parent]);
-            bodies.push(name, parent, joint, mass);
+            bodies.push(properties, parent);
         }
         let frames = self.model.frames().iter().filter_map(|frame| {
             let body = match frame.body {

@@ -50,23 +50,29 @@ pub enum ModelError {
     },
     /// A parent that is not in the model.
     #[error(
-        "body `{body}` names the parent `{parent}`, which is not a body of the model; add it or correct the name"
+        "body `{body}` names the parent `{parent}`, which is not a body of the model{}; add it or correct the name",
+        hint(.meant.as_deref())
     )]
     UnknownParent {
         /// The body.
-        body: String,
+        body: Box<str>,
         /// Its missing parent.
-        parent: String,
+        parent: Box<str>,
+        /// A body that is nearly spelt like it.
+        meant: Option<Box<str>>,
     },
     /// A frame or coupling that refers to a body outside the model.
     #[error(
-        "`{user}` refers to `{body}`, which is not a body of the model; add it or correct the name"
+        "`{user}` refers to `{body}`, which is not a body of the model{}; add it or correct the name",
+        hint(.meant.as_deref())
     )]
     UnknownBody {
         /// Who refers to it.
-        user: String,
+        user: Box<str>,
         /// The missing body.
-        body: String,
+        body: Box<str>,
+        /// A body that is nearly spelt like it.
+        meant: Option<Box<str>>,
     },
     /// Bodies that are each other's ancestors.
     #[error(
@@ -281,9 +287,10 @@ impl ModelError {
             | Self::AbsurdSize {
                 quantity, element, ..
             } => (Some(element), quantity.starts_with("joint")),
-            Self::UnknownParent { body, .. }
-            | Self::UnknownBody { user: body, .. }
-            | Self::Cycle { body }
+            Self::UnknownParent { body, .. } | Self::UnknownBody { user: body, .. } => {
+                (Some(body), false)
+            }
+            Self::Cycle { body }
             | Self::NegativeMass { body, .. }
             | Self::AsymmetricInertia { body }
             | Self::NonPhysicalInertia { body, .. }
@@ -319,4 +326,9 @@ impl core::fmt::Display for InertiaViolation {
             Self::TriangleInequality => "one principal moment exceeds the sum of the other two",
         })
     }
+}
+
+/// What may have been meant by an unknown name.
+fn hint(meant: Option<&str>) -> String {
+    meant.map_or_else(String::new, |name| format!(" (is `{name}` meant?)"))
 }

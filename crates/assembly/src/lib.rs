@@ -15,6 +15,7 @@
 //! # Ok::<(), vertebra_assembly::ModelError>(())
 //! ```
 
+mod body;
 pub mod builder;
 mod closure;
 mod compound;
@@ -33,6 +34,7 @@ mod model;
 mod not_simulated;
 mod random;
 pub mod schedule;
+mod spelling;
 mod state;
 mod units;
 #[cfg(feature = "urdf")]
@@ -41,6 +43,7 @@ mod validate;
 #[cfg(feature = "xml")]
 pub mod xml;
 
+pub use body::{Body, BodyId, BodyProperties};
 pub use builder::{BodyShape, BuildError, Builder, Built, Centerline, Matter, Problem, SolidError};
 pub use closure::{Closure, Coupling, CouplingDescription, Loop, LoopDescription};
 pub use compound::Compound;
@@ -51,7 +54,7 @@ pub use error::{InertiaViolation, ModelError};
 pub use joint::{Joint, JointKind, JointLimits, Mimic};
 pub use location::{Ignored, Location};
 pub use mass::MassProperties;
-pub use model::{Body, BodyId, Frame, Model};
+pub use model::{Frame, Model};
 pub use not_simulated::{Feature, NotSimulated};
 pub use random::Random;
 pub use state::State;

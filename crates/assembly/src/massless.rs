@@ -1,9 +1,9 @@
 //! Refuses joints that move no inertia whatever the positions.
 
 use crate::mass::pivots_exceed;
-use crate::model::Body;
-use crate::{Joint, JointKind, MassProperties, Model, ModelError};
+use crate::{Body, Joint, JointKind, MassProperties, Model, ModelError};
 use glam::DVec3;
+use std::collections::HashMap;
 use vertebra_spatial::Pose;
 
 /// What rounding leaves of a moment of inertia that is zero, relative to the trace.
@@ -42,7 +42,7 @@ impl Seat {
 /// joint must do it, and cannot where that joint gives way to the same motion. Whether it does
 /// otherwise depends on the position, and the solvers find out then.
 pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
-    if model.inner.resist {
+    if all_resist(model.bodies()) {
         return Ok(());
     }
     match problems(model).into_iter().next() {
@@ -51,8 +51,41 @@ pub(crate) fn check(model: &Model) -> Result<(), ModelError> {
     }
 }
 
-/// Whether a body on this joint resists its motion by its own mass. If all do, none of them is welded to
-/// another, and nothing has to be put together to see that all is well.
+/// Whether each cluster alone resists the motion of its joint. Of a body to which none is welded its part knows;
+/// only the others are put together.
+fn all_resist(bodies: &[Body]) -> bool {
+    if bodies.iter().all(|body| body.resists) {
+        return true;
+    }
+    let mut carriers: Vec<usize> = (0..bodies.len()).collect();
+    let mut is_single = vec![true; bodies.len()];
+    for (index, body) in bodies.iter().enumerate() {
+        if let Some(parent) = body.parent
+            && body.joint.kind == JointKind::Fixed
+        {
+            carriers[index] = carriers[parent.index()];
+            is_single[carriers[index]] = false;
+        }
+    }
+    let (mut seats, mut clusters) = (HashMap::new(), HashMap::new());
+    for (index, body) in bodies.iter().enumerate() {
+        let carrier = carriers[index];
+        if is_single[carrier] {
+            if body.resists || body.joint.kind == JointKind::Fixed {
+                continue;
+            }
+            return false;
+        }
+        let below = body.parent.and_then(|parent| seats.get(&parent.index()));
+        let seat = seat(index, body, below);
+        let cluster = clusters.entry(carrier).or_insert(MassProperties::MASSLESS);
+        *cluster = cluster.combined(&body.mass.placed(&seat.placement));
+        seats.insert(index, seat);
+    }
+    (clusters.iter()).all(|(&carrier, cluster)| resists(cluster, &bodies[carrier].joint.kind))
+}
+
+/// Whether a body on this joint resists its motion by its own mass; one that is welded does not.
 pub(crate) fn resists_alone(joint: &Joint, mass: &MassProperties) -> bool {
     let Joint {
         kind,
@@ -103,19 +136,25 @@ pub(crate) fn problems(model: &Model) -> Vec<ModelError> {
 fn seats(bodies: &[Body]) -> Vec<Seat> {
     let mut seats: Vec<Seat> = Vec::with_capacity(bodies.len());
     for (index, body) in bodies.iter().enumerate() {
-        let joint = match body.parent {
-            Some(parent) if body.joint.kind == JointKind::Fixed => {
-                seats[parent.index()].at(&body.joint.parent_placement)
-            }
-            _ => Seat {
-                carrier: index,
-                placement: Pose::IDENTITY,
-                reach: 0.0,
-            },
-        };
-        seats.push(joint.at(&body.joint.child_placement.inverse()));
+        let below = body.parent.map(|parent| &seats[parent.index()]);
+        seats.push(seat(index, body, below));
     }
     seats
+}
+
+/// The seat of a body, given its parent's.
+fn seat(index: usize, body: &Body, below: Option<&Seat>) -> Seat {
+    let joint = match below {
+        Some(below) if body.joint.kind == JointKind::Fixed => {
+            below.at(&body.joint.parent_placement)
+        }
+        _ => Seat {
+            carrier: index,
+            placement: Pose::IDENTITY,
+            reach: 0.0,
+        },
+    };
+    joint.at(&body.joint.child_placement.inverse())
 }
 
 /// Whether a cluster, given in the joint's frame, resists every motion of the joint.

@@ -1,27 +1,17 @@
 //! The model: checked, ordered, constant.
 
+use crate::body::{Bodies, Named, body_id};
 use crate::{
-    BodyDescription, Coupling, CouplingDescription, Edit, FrameDescription, Joint, Loop,
-    LoopDescription, MassProperties, ModelDescription, ModelError, State, Units, closure,
-    description::MODEL_VERSION, massless, not_simulated::NotSimulated, units::Sizes, validate,
+    Body, BodyDescription, BodyId, BodyProperties, Coupling, CouplingDescription, Edit,
+    FrameDescription, Joint, Loop, LoopDescription, ModelDescription, ModelError, State, Units,
+    closure, description::MODEL_VERSION, massless, not_simulated::NotSimulated, units::Sizes,
+    validate,
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 use vertebra_spatial::Pose;
-
-/// Names a body of one model, and the joint that carries it: its index in [`Model::bodies`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct BodyId(pub u32);
-
-impl BodyId {
-    /// The index as the size type of slices.
-    #[must_use]
-    pub const fn index(self) -> usize {
-        self.0 as usize
-    }
-}
 
 /// An articulated model, or several side by side: bodies, the joints that carry them, gravity.
 ///
@@ -41,48 +31,15 @@ pub(crate) struct Inner {
     units: Units,
     /// What the units are the medians of.
     pub(crate) sizes: Sizes,
-    /// Whether each body resists the motion of its joint by its own mass.
-    pub(crate) resist: bool,
     bodies: Vec<Body>,
     frames: Vec<Frame>,
     pub(crate) loops: Vec<Loop>,
     pub(crate) couplings: Vec<Coupling>,
     /// Made when it is first asked for.
-    by_name: OnceLock<HashMap<String, BodyId>>,
+    by_name: OnceLock<HashMap<Named, BodyId>>,
     position_count: usize,
     dof_count: usize,
     depth: usize,
-}
-
-/// A body of a [`Model`] and the joint that carries it.
-#[derive(Clone, Debug)]
-pub struct Body {
-    /// Name, unique in the model.
-    pub name: String,
-    /// The parent body; none for the world.
-    pub parent: Option<BodyId>,
-    /// The joint to the parent; its axis has unit length.
-    pub joint: Joint,
-    /// Mass properties in the body's frame.
-    pub mass: MassProperties,
-    /// Where the joint's coordinates start in positions q.
-    pub position_start: usize,
-    /// Where the joint's freedoms start in rates qd, accelerations qdd and joint forces.
-    pub dof_start: usize,
-}
-
-impl Body {
-    /// The joint's coordinates in positions q.
-    #[must_use]
-    pub fn position_range(&self) -> core::ops::Range<usize> {
-        self.position_start..self.position_start + self.joint.kind.position_count()
-    }
-
-    /// The joint's freedoms in rates, accelerations and joint forces.
-    #[must_use]
-    pub fn dof_range(&self) -> core::ops::Range<usize> {
-        self.dof_start..self.dof_start + self.joint.kind.dof_count()
-    }
 }
 
 /// A named place on a body or in the world.
@@ -139,7 +96,9 @@ impl Model {
     pub fn find(&self, name: &str) -> Option<BodyId> {
         let names = || {
             let bodies = self.body_ids().zip(self.bodies());
-            bodies.map(|(id, body)| (body.name.clone(), id)).collect()
+            bodies
+                .map(|(id, body)| (Named(Arc::clone(&body.properties)), id))
+                .collect()
         };
         self.inner.by_name.get_or_init(names).get(name).copied()
     }
@@ -212,12 +171,17 @@ impl Model {
                 child_placement,
                 ..
             } = body.joint;
-            body.joint = Joint {
+            let joint = Joint {
                 parent_placement,
                 child_placement,
-                mimic: body.joint.mimic.take(),
+                mimic: body.joint.mimic.clone(),
                 ..Joint::new(kind)
             };
+            body.properties = Arc::new(BodyProperties {
+                name: body.name.clone(),
+                joint,
+                ..*body.properties
+            });
         }
         Self {
             inner: Arc::new(inner),
@@ -315,22 +279,23 @@ impl Model {
         let mut bodies = Bodies::with_capacity(written.len());
         let mut slots: Vec<Option<BodyDescription>> = written.into_iter().map(Some).collect();
         for body in order.into_iter().filter_map(|index| slots[index].take()) {
-            let parent = body.parent.and_then(|name| by_name.get(&name).copied());
-            by_name.insert(body.name.clone(), body_id(bodies.list.len()));
+            let parent = body.parent.and_then(|name| by_name.get(&*name).copied());
             bodies.sizes.add(&body.joint, &body.mass);
-            let joint = validate::normalized(body.joint);
-            bodies.resist &= massless::resists_alone(&joint, &body.mass);
-            bodies.push(body.name, parent, joint, body.mass);
+            let properties =
+                BodyProperties::new(body.name, validate::normalized(body.joint), body.mass);
+            by_name.insert(Named(Arc::clone(&properties)), body_id(bodies.list.len()));
+            bodies.push(properties, parent);
         }
         let frames = frames
             .into_iter()
             .map(|frame| Frame {
                 name: frame.name,
-                body: frame.body.and_then(|name| by_name.get(&name).copied()),
+                body: frame.body.and_then(|name| by_name.get(&*name).copied()),
                 placement: frame.placement,
             })
             .collect();
-        let closed = closure::resolve(loops, couplings, &by_name);
+        let find = |name: &str| by_name.get(name).copied();
+        let closed = closure::resolve(loops, couplings, find);
         Self::of_bodies(
             (name, gravity),
             bodies,
@@ -346,7 +311,7 @@ impl Model {
         bodies: Bodies,
         frames: Vec<Frame>,
         (loops, couplings): (Vec<Loop>, Vec<Coupling>),
-        by_name: OnceLock<HashMap<String, BodyId>>,
+        by_name: OnceLock<HashMap<Named, BodyId>>,
     ) -> Self {
         Self {
             inner: Arc::new(Inner {
@@ -355,7 +320,6 @@ impl Model {
                 units: Units::of_sizes(&bodies.sizes, gravity),
                 depth: bodies.depths.into_iter().max().unwrap_or(0) as usize,
                 sizes: bodies.sizes,
-                resist: bodies.resist,
                 bodies: bodies.list,
                 frames,
                 loops,
@@ -366,60 +330,4 @@ impl Model {
             }),
         }
     }
-}
-
-/// The bodies of a model in the making, parents first.
-pub(crate) struct Bodies {
-    pub(crate) list: Vec<Body>,
-    /// Bodies on the way from the world to each.
-    depths: Vec<u32>,
-    position_count: usize,
-    dof_count: usize,
-    pub(crate) sizes: Sizes,
-    /// Whether each resists the motion of its joint by its own mass.
-    pub(crate) resist: bool,
-}
-
-impl Bodies {
-    pub(crate) fn with_capacity(count: usize) -> Self {
-        Self {
-            list: Vec::with_capacity(count),
-            depths: Vec::with_capacity(count),
-            position_count: 0,
-            dof_count: 0,
-            sizes: Sizes::default(),
-            resist: true,
-        }
-    }
-
-    /// Adds a body; its sizes and whether it resists are the caller's to say.
-    pub(crate) fn push(
-        &mut self,
-        name: String,
-        parent: Option<BodyId>,
-        joint: Joint,
-        mass: MassProperties,
-    ) {
-        let above = parent.map_or(0, |parent| self.depths[parent.index()]);
-        self.depths.push(above + 1);
-        let (position_start, dof_start) = (self.position_count, self.dof_count);
-        self.position_count += joint.kind.position_count();
-        self.dof_count += joint.kind.dof_count();
-        self.list.push(Body {
-            name,
-            parent,
-            joint,
-            mass,
-            position_start,
-            dof_start,
-        });
-    }
-}
-
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "validation refuses models of more than u32::MAX bodies"
-)]
-pub(crate) const fn body_id(index: usize) -> BodyId {
-    BodyId(index as u32)
 }

@@ -1,11 +1,11 @@
 //! Checks of a model description, each ending in an error that names the culprit.
 
-use crate::closure;
 use crate::description::MODEL_VERSION;
 use crate::{
     BallRange, Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest,
     Spring, Stop,
 };
+use crate::{closure, spelling};
 use core::f64::consts::PI;
 use glam::{DMat3, DQuat, DVec3};
 use std::cmp::Reverse;
@@ -51,15 +51,39 @@ pub(crate) fn check_all(description: &ModelDescription) -> (Vec<usize>, Vec<Mode
             && !by_name.contains_key(mimic.body.as_str())
         {
             problems.push(ModelError::UnknownBody {
-                user: body.name.clone(),
-                body: mimic.body.clone(),
+                user: body.name.as_str().into(),
+                body: mimic.body.as_str().into(),
+                meant: None,
             });
         }
     }
     check_frames(description, &by_name, &mut problems);
     closure::check(description, &by_name, &mut problems);
     let order = parents_first(description, &by_name, &mut problems);
+    hint(description, &mut problems);
     (order, problems)
+}
+
+/// Of unknown names so many are looked for among those that are spelt alike: each takes a look at all.
+const HINTS: usize = 16;
+
+/// Adds to bodies that are missing which ones may be meant.
+fn hint(description: &ModelDescription, problems: &mut [ModelError]) {
+    let unknown = problems.iter_mut().filter_map(|problem| match problem {
+        ModelError::UnknownParent {
+            parent: name,
+            meant,
+            ..
+        }
+        | ModelError::UnknownBody {
+            body: name, meant, ..
+        } => Some((name, meant)),
+        _ => None,
+    });
+    for (name, meant) in unknown.take(HINTS) {
+        let names = description.bodies.iter().map(|body| body.name.as_str());
+        *meant = spelling::nearest(name, names).map(Box::from);
+    }
 }
 
 /// Checks what is not of a single body.
@@ -122,8 +146,9 @@ fn check_frames(
             && !by_name.contains_key(body.as_str())
         {
             problems.push(ModelError::UnknownBody {
-                user: frame.name.clone(),
-                body: body.clone(),
+                user: frame.name.as_str().into(),
+                body: body.as_str().into(),
+                meant: None,
             });
         }
         problems.extend(check_placement("placement", &frame.name, &frame.placement).err());
@@ -146,8 +171,9 @@ fn parents_first(
             Some(parent) => match by_name.get(parent.as_str()) {
                 Some(&parent) => children[parent].push(index),
                 None => problems.push(ModelError::UnknownParent {
-                    body: body.name.clone(),
-                    parent: parent.clone(),
+                    body: body.name.as_str().into(),
+                    parent: parent.as_str().into(),
+                    meant: None,
                 }),
             },
         }

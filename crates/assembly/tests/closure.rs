@@ -32,7 +32,12 @@ fn impossible_closures_are_refused_by_name() {
         error
     };
     let unknown = named(close([Some("a"), Some("c")], Closure::Weld).unwrap_err());
-    assert!(matches!(unknown, ModelError::UnknownBody { .. }));
+    assert!(matches!(
+        unknown,
+        ModelError::UnknownBody { meant: None, .. }
+    ));
+    let slip = named(close([Some("a"), Some("bal")], Closure::Weld).unwrap_err());
+    assert!(slip.to_string().contains("is `ball` meant?"), "{slip}");
     for itself in [[Some("a"); 2], [None; 2]] {
         let error = named(close(itself, Closure::Ball).unwrap_err());
         assert!(matches!(error, ModelError::SelfLoop { .. }));

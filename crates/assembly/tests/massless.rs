@@ -9,7 +9,7 @@ mod common;
 
 use glam::{DMat3, DVec3};
 use vertebra_assembly::{
-    Joint, JointKind, MassProperties, Model, ModelDescription, ModelError, Random, State,
+    Joint, JointKind, MassProperties, Model, ModelDescription, ModelError, Random, State, generate,
 };
 use vertebra_spatial::Pose;
 
@@ -277,4 +277,30 @@ fn the_motion_of_a_massless_body_must_be_resisted_somewhere() {
         ..none
     };
     pair(hinge(), hinge(), little).build().unwrap();
+}
+
+/// What sees at a glance that all is well agrees with what puts every cluster together.
+#[test]
+fn models_are_built_of_which_nothing_is_wrong() {
+    let mut random = Random::new(11);
+    let (mut refused, mut built) = (0, 0);
+    for seed in 0..300 {
+        let tree = generate::random_tree(&generate::RandomTree::mixed(8), seed).unwrap();
+        let mut description = tree.describe();
+        for body in &mut description.bodies {
+            match random.below(6) {
+                0 => body.mass = MassProperties::MASSLESS,
+                1 => body.mass.inertia = DMat3::ZERO,
+                2 => body.joint.kind = JointKind::Fixed,
+                _ => {}
+            }
+        }
+        let problems = description.problems();
+        let result = description.build();
+        assert_eq!(result.is_ok(), problems.is_empty(), "seed {seed}");
+        built += usize::from(result.is_ok());
+        let is_massless = |problem: &ModelError| matches!(problem, ModelError::MasslessBody { .. });
+        refused += usize::from(problems.first().is_some_and(is_massless));
+    }
+    assert!(built > 30 && refused > 30, "{built} {refused}");
 }

@@ -191,12 +191,14 @@ fn names_and_references_are_checked() {
         refusal(|d| d.bodies[1].parent = Some("upperr".into())),
         ModelError::UnknownParent {
             body: "lower".into(),
-            parent: "upperr".into()
+            parent: "upperr".into(),
+            meant: Some("upper".into())
         }
     );
     let unknown = |user: &str| ModelError::UnknownBody {
-        user: user.to_owned(),
-        body: "hand".to_owned(),
+        user: user.into(),
+        body: "hand".into(),
+        meant: None,
     };
     assert_eq!(
         refusal(|d| d.frames[0].body = Some("hand".into())),
@@ -506,7 +508,7 @@ fn bad_input_leaves_the_message_readable() {
     let error = refusal(|d| d.bodies[1].parent = Some("upperr".into()));
     assert_eq!(
         error.to_string(),
-        "body `lower` names the parent `upperr`, which is not a body of the model; \
+        "body `lower` names the parent `upperr`, which is not a body of the model (is `upper` meant?); \
          add it or correct the name"
     );
 }

@@ -286,8 +286,8 @@ pub enum Error {
         failed: usize,
         /// How many there are.
         count: usize,
-        /// Why.
-        source: Box<Self>,
+        /// Why. Said in the message, so that it is no `Error::source` (which the raw name keeps it from being).
+        r#source: Box<Self>,
     },
     /// A precision that a device does not compute in.
     #[error(
@@ -319,8 +319,8 @@ pub enum Error {
         step: usize,
         /// Steps asked for.
         count: usize,
-        /// Why.
-        source: Box<Self>,
+        /// Why. Said in the message, so that it is no `Error::source` (which the raw name keeps it from being).
+        r#source: Box<Self>,
     },
     /// The GPU.
     #[cfg(feature = "gpu")]

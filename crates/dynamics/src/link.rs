@@ -67,14 +67,11 @@ pub(crate) struct BodyFrame<T> {
 }
 
 impl<T: Real> BodyFrame<T> {
-    pub(crate) fn of_model(model: &Model) -> Vec<Self> {
-        let units = model.units();
-        let frames = model.bodies().iter();
-        frames.map(|body| Self::rounded(body, units)).collect()
+    pub(crate) fn rounded(body: &Body, units: &Units) -> Self {
+        Self::narrow(BodyFrame::new(body, units))
     }
 
-    pub(crate) fn rounded(body: &Body, units: &Units) -> Self {
-        let wide = BodyFrame::<T::Wide>::new(body, units);
+    fn narrow(wide: BodyFrame<T::Wide>) -> Self {
         Self {
             center: wide.center.map(T::narrow),
             placement: wide.placement.map(T::narrow),
@@ -91,31 +88,46 @@ impl<T: Real> BodyFrame<T> {
 }
 
 impl<T: Real> Link<T> {
-    pub(crate) fn of_model(model: &Model) -> Vec<Self> {
-        let mut links: Vec<Self> = model
-            .bodies()
-            .iter()
-            .map(|body| Link::<T::Wide>::new(body, model).map(T::narrow))
-            .collect();
+    /// The links and frames of all bodies.
+    pub(crate) fn of_model(model: &Model) -> (Vec<Self>, Vec<BodyFrame<T>>) {
+        let (bodies, units) = (model.bodies(), model.units());
+        let wide = bodies.iter().map(|body| BodyFrame::new(body, units));
+        let wide: Vec<BodyFrame<T::Wide>> = wide.collect();
+        let link = |(body, frame): (&Body, _)| {
+            let parent = body.parent.map(|parent| &wide[parent.index()]);
+            Link::between(body, units, parent, frame).map(T::narrow)
+        };
+        let mut links: Vec<Self> = bodies.iter().zip(&wide).map(link).collect();
         for i in (0..links.len()).rev() {
             if let Some(parent) = links[i].parent.filter(|parent| parent + 1 != i) {
                 links[i].arrives_first = !links[parent].gathers;
                 links[parent].gathers = true;
             }
         }
-        links
+        (links, wide.into_iter().map(BodyFrame::narrow).collect())
     }
 
     /// The link as if it had no children.
     pub(crate) fn new(body: &Body, model: &Model) -> Self {
         let units = model.units();
+        let parent = body.parent.and_then(|id| model.body(id));
+        let parent = parent.map(|parent| BodyFrame::new(parent, units));
+        Self::between(body, units, parent.as_ref(), &BodyFrame::new(body, units))
+    }
+
+    /// The same, given the frames of the parent and of the body.
+    fn between(
+        body: &Body,
+        units: &Units,
+        parent: Option<&BodyFrame<T>>,
+        frame: &BodyFrame<T>,
+    ) -> Self {
         let on_parent =
             transform(&body.joint.parent_placement, units) * joint_axes(body.joint.kind);
-        let placement = match body.parent.and_then(|id| model.body(id)) {
-            Some(parent) => joint_frame(parent, units).inverse() * on_parent,
+        let placement = match parent {
+            Some(parent) => parent.placement * on_parent,
             None => on_parent,
         };
-        let frame = BodyFrame::new(body, units);
         Self {
             parent: body.parent.map(BodyId::index),
             kind: match body.joint.kind {

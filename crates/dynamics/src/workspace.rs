@@ -195,8 +195,8 @@ pub(crate) struct Sweeps<T: Number> {
 impl<T: Number> Sweeps<T> {
     pub(crate) fn new(model: &Model) -> Self {
         let (n, dofs) = (model.bodies().len(), model.dof_count());
-        let scalar_links = Link::<T::Scalar>::of_model(model).into_iter();
-        let links: Vec<Link<T>> = scalar_links.map(|link| link.map(T::splat)).collect();
+        let (links, frames) = Link::<T::Scalar>::of_model(model);
+        let links: Vec<Link<T>> = (links.into_iter()).map(|link| link.map(T::splat)).collect();
         let mut factor_of = Vec::with_capacity(n);
         let mut factors = 0;
         for link in &links {
@@ -206,7 +206,7 @@ impl<T: Number> Sweeps<T> {
         let gravity = model.gravity() / model.units().acceleration();
         Self {
             links,
-            frames: BodyFrame::of_model(model),
+            frames,
             base: Motion::new(Vec3::ZERO, -Vec3::from_glam(gravity)),
             rotation: vec![Mat3::IDENTITY; n],
             offset: vec![Vec3::ZERO; n],

@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::sync::OnceLock;
 use vertebra_assembly::generate::{self, RandomTree, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
-use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
+use vertebra_assembly::{Closure, Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::gpu::PoseBuffer;
 use vertebra_dynamics::{
     Algorithm, Device, Error, Forces, Integrator, Monitor, Precision, Simulation, SolverOptions,
@@ -526,6 +526,28 @@ fn a_model_too_large_tells_what_fits() {
     fitting.step(1e-5).unwrap();
     let refused = Simulation::on(&device, chain(fit + fit / 4));
     assert!(matches!(refused, Err(Error::ModelTooLarge { .. })));
+    // Tied to the world by every fourth link, a chain needs more for its loops than for itself.
+    let tied = |count| {
+        let mut description = chain(count).describe();
+        for link in (0..count).step_by(4) {
+            let (name, body) = (format!("tie-{link}"), format!("body-{link}"));
+            let ends = [Some(body.as_str()), None];
+            description = description.close(name, ends, [Pose::IDENTITY; 2], Closure::Ball);
+        }
+        description.build().unwrap()
+    };
+    let error = Simulation::on(&device, tied(400)).unwrap_err();
+    let Error::ModelTooLarge {
+        bodies: 400,
+        what: "closed loops",
+        fit,
+        ..
+    } = error
+    else {
+        unreachable!("{error}");
+    };
+    assert!(fit > 8 && error.to_string().contains("for its closed loops"));
+    Simulation::on(&device, tied(fit)).unwrap();
 }
 
 /// A device lost under way is an error, and the state that was read last is left.

@@ -130,6 +130,99 @@ fn another_reader_finds_the_poses() {
     assert!((up - DVec3::Y).length() < 1e-6);
 }
 
+/// What the format asks for and its reader passes over: accessors lie in their views and views in the buffer, on multiples of
+/// four bytes and apart from each other; bounds that are stated are those of the numbers, and times rise.
+#[test]
+fn the_file_is_what_it_says() {
+    let model = model();
+    let (recording, _) = recorded(&model, every_shape(&model), 7);
+    let mut file = Vec::new();
+    recording.write_glb(&mut file).unwrap();
+    let word = |at: usize| {
+        let bytes = file[at..at + 4].try_into().unwrap();
+        usize::try_from(u32::from_le_bytes(bytes)).unwrap()
+    };
+    assert_eq!(
+        (&file[..4], word(4), word(8)),
+        (&b"glTF"[..], 2, file.len())
+    );
+    let json_size = word(12);
+    assert_eq!((&file[16..20], json_size % 4), (&b"JSON"[..], 0));
+    let json: Value = serde_json::from_slice(&file[20..20 + json_size]).unwrap();
+    let binary = 20 + json_size;
+    assert_eq!(&file[binary + 4..binary + 8], b"BIN\0");
+    let blob = &file[binary + 8..];
+    assert_eq!((word(binary), blob.len() % 4), (blob.len(), 0));
+    let number = |value: &Value| usize::try_from(value.as_u64().unwrap_or(0)).unwrap();
+    let size = number(&json["buffers"][0]["byteLength"]);
+    assert!(size <= blob.len() && blob.len() < size + 4);
+
+    let list = |name: &str| json[name].as_array().unwrap().clone();
+    let mut ends = 0;
+    for view in &list("bufferViews") {
+        let (start, length) = (number(&view["byteOffset"]), number(&view["byteLength"]));
+        assert!(
+            start >= ends && start.is_multiple_of(4) && start + length <= size,
+            "{view}"
+        );
+        ends = start + length;
+    }
+    let nodes = list("nodes").len();
+    let mut times = 0;
+    for (index, accessor) in list("accessors").iter().enumerate() {
+        let view = &list("bufferViews")[number(&accessor["bufferView"])];
+        let width = match accessor["type"].as_str().unwrap() {
+            "SCALAR" => 1,
+            "VEC3" => 3,
+            "VEC4" => 4,
+            other => unreachable!("{other}"),
+        };
+        let count = number(&accessor["count"]) * width;
+        let start = number(&accessor["byteOffset"]);
+        assert!(
+            start + 4 * count <= number(&view["byteLength"]),
+            "{accessor}"
+        );
+        let start = number(&view["byteOffset"]) + start;
+        let words = blob[start..start + 4 * count].as_chunks::<4>().0;
+        let is_float = number(&accessor["componentType"]) == 5126;
+        let values = words.iter().map(|&word| match is_float {
+            true => f64::from(f32::from_le_bytes(word)),
+            false => f64::from(u32::from_le_bytes(word)),
+        });
+        let values: Vec<f64> = values.collect();
+        assert!(values.iter().all(|x| x.is_finite()));
+        for k in 0..width {
+            let column = || values.iter().skip(k).step_by(width).copied();
+            let bounds = [
+                ("min", column().fold(f64::INFINITY, f64::min)),
+                ("max", column().fold(f64::NEG_INFINITY, f64::max)),
+            ];
+            for (name, bound) in bounds {
+                if let Some(stated) = accessor[name].as_array() {
+                    let off = (stated[k].as_f64().unwrap() - bound).abs();
+                    assert!(off <= 1e-7 * bound.abs(), "{name} of {accessor}");
+                }
+            }
+        }
+        let animation = &json["animations"][0];
+        let samplers = animation["samplers"].as_array().unwrap();
+        if samplers
+            .iter()
+            .any(|sampler| number(&sampler["input"]) == index)
+        {
+            assert!(accessor["min"].is_array() && accessor["max"].is_array());
+            assert!(values.is_sorted_by(|a, b| a < b));
+            times += 1;
+        }
+        for channel in animation["channels"].as_array().unwrap() {
+            assert!(number(&channel["target"]["node"]) < nodes);
+            assert!(number(&channel["sampler"]) < samplers.len());
+        }
+    }
+    assert!(times > 0);
+}
+
 /// Surfaces are closed, face outwards, and enclose nearly what the shape does.
 #[test]
 fn surfaces_are_those_of_the_shapes() {

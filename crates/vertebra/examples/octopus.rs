@@ -43,12 +43,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     scene.run(&mut simulation, |simulation| {
         let time = simulation.time();
         for (&id, index) in bodies.iter().zip(0..) {
-            // A bump of curvature that runs outwards at 20 segments a second, again and again.
-            let along = f64::from(index) - (20.0 * time) % f64::from(2 * SEGMENTS);
+            // A bump of curvature that runs outwards at 20 segments a second, from before the root, again and again.
+            let along = f64::from(index) + 12.0 - (20.0 * time) % f64::from(2 * SEGMENTS);
             let bend = 0.35 * (-0.02 * along * along).exp();
             let thin = 1.0 - 0.9 * f64::from(index) / f64::from(SEGMENTS);
-            let stiffness = 2.0 * thin.powi(3);
-            let motor = Motor::position(bend, stiffness, 0.05 * stiffness).limited(3.0 * thin);
+            let stiffness = 20.0 * thin.powi(3);
+            let motor = Motor::position(bend, stiffness, 0.2 * stiffness).limited(3.0 * thin);
             simulation.set_motor(id, motor)?;
         }
         Ok(())

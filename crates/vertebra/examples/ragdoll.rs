@@ -7,6 +7,7 @@ mod support;
 
 use support::Scene;
 use vertebra::files::bvh::{self, Options};
+use vertebra::files::{Part, Shape};
 use vertebra::glam::{DQuat, DVec3};
 use vertebra::{
     BallRange, BodyId, JointKind, Model, Precision, Simulation, SphericalMotor, State, Workspace,
@@ -18,7 +19,7 @@ const STEP: f64 = 1e-3;
 /// When it lets go \[s\].
 const TRIPS: f64 = 0.5;
 /// Stiffness [N/m] and damping [N s/m] of the floor, per place that touches.
-const FLOOR: [f64; 2] = [2e4, 200.0];
+const FLOOR: [f64; 2] = [6e4, 400.0];
 /// How fast limbs follow the motion [rad/s].
 const FIRMNESS: f64 = 25.0;
 /// How fast the hips do, by forces that a step takes as they are at its start [rad/s].
@@ -38,6 +39,20 @@ fn range(name: &str) -> BallRange {
         "LeftArm" | "RightArm" => BallRange::turn(2.0),
         _ => BallRange::turn(1.8),
     }
+}
+
+/// The balls at the ends of bones, which are what touches the floor: body, centre in its frame \[m\], radius \[m\].
+fn knobs(parts: &[Part]) -> Vec<(BodyId, DVec3, f64)> {
+    let bones = parts.iter().filter_map(|part| match part.shape {
+        Shape::Capsule { radius, length } => Some((part, radius, 0.5 * length)),
+        _ => None,
+    });
+    let ends = bones.flat_map(|(part, radius, half)| {
+        let at = [half, -half].map(|z| part.placement.transform_point(DVec3::Z * z));
+        at.map(|at| (part.body, at, radius))
+    });
+    ends.filter_map(|(body, at, radius)| Some((body?, at, radius)))
+        .collect()
 }
 
 /// The mass that each body carries, its own included \[kg\].
@@ -95,6 +110,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (hips, total) = (bodies[0], masses[0]);
     let mut wanted = motion.state(&model, 0.0)?;
     let mut target = Workspace::new(&model, Precision::F64);
+    let knobs = knobs(&capture.parts);
     let scene = Scene::new(&model, capture.parts, [STEP, 1.0 / 30.0], 600)?;
 
     let mut simulation = Simulation::new(model.clone())?;
@@ -134,16 +150,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 simulation.set_spherical_motor(body, SphericalMotor::OFF)?;
             }
         }
-        for &id in &bodies {
-            let (pose, speed) = (simulation.pose(id)?, simulation.velocity(id)?.linear);
-            let depth = -pose.translation.z;
+        for &(id, at, radius) in &knobs {
+            let (pose, moves) = (simulation.pose(id)?, simulation.velocity(id)?);
+            let point = pose.transform_point(at);
+            let depth = radius - point.z;
             if depth > 0.0 {
+                let speed = moves.linear + moves.angular.cross(point - pose.translation);
                 let up = (FLOOR[0] * depth - FLOOR[1] * speed.z).max(0.0);
                 let drag = -0.5 * up * speed.with_z(0.0) / (speed.length() + 0.01);
                 let force = DVec3::new(drag.x, drag.y, up);
+                let sole = at - pose.rotation.inverse() * (DVec3::Z * radius);
                 simulation
                     .forces_mut()
-                    .push(id, Wrench::at_point(force, DVec3::ZERO));
+                    .push(id, Wrench::at_point(force, sole));
             }
         }
         stretched = stretched.max(furthest(simulation.state()?, &model));

@@ -13,11 +13,11 @@ pub use glam;
 #[cfg(feature = "urdf")]
 pub use vertebra_assembly::urdf;
 pub use vertebra_assembly::{
-    self as assembly, BallRange, Body, BodyDescription, BodyId, BodyShape, BuildError, Builder,
-    Built, Centerline, Closure, Compound, Coupling, CouplingDescription, Edit, Edited, Frame,
-    FrameDescription, Joint, JointKind, JointLimits, Loop, LoopDescription, MassProperties, Mimic,
-    Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring, State, Stop, Units,
-    generate, mechanism, schedule,
+    self as assembly, BallRange, Body, BodyDescription, BodyId, BodyProperties, BodyShape,
+    BuildError, Builder, Built, Centerline, Closure, Compound, Coupling, CouplingDescription, Edit,
+    Edited, Frame, FrameDescription, Joint, JointKind, JointLimits, Loop, LoopDescription,
+    MassProperties, Mimic, Model, ModelDescription, ModelError, NotSimulated, Random, Rest, Spring,
+    State, Stop, Units, generate, mechanism, schedule,
 };
 pub use vertebra_collision::{
     self as collision, ClassifiedPair, ClosePair, Collider, Culling, Curve, CurvePoint, Curves,
@@ -52,7 +52,7 @@ struct Readme;
 #[doc = include_str!("../../../docs/gpu.md")]
 struct Guide;
 
-/// The example of the guide to closed loops, compiled and run with the documentation tests.
+/// The examples of the guide to closed loops, compiled and run with the documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/loops.md")]
 struct Loops;
@@ -61,6 +61,11 @@ struct Loops;
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/joints.md")]
 struct Joints;
+
+/// The example of the guide to files, compiled and run with the documentation tests.
+#[cfg(all(doctest, feature = "files"))]
+#[doc = include_str!("../../../docs/files.md")]
+struct Files;
 
 #[cfg(test)]
 mod tests {

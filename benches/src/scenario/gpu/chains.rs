@@ -99,10 +99,10 @@ pub(crate) fn measurements<'a>(
         if selection.wants("step") {
             let one = chain.clone();
             add("step", Box::new(move |meter| one.step(meter, 1)));
-            if bodies <= FEW_STEPS {
-                let block = chain.clone();
-                add("step-16", Box::new(move |meter| block.step(meter, BLOCK)));
-            }
+        }
+        if selection.wants("step-16") && bodies <= FEW_STEPS {
+            let block = chain.clone();
+            add("step-16", Box::new(move |meter| block.step(meter, BLOCK)));
         }
         // Only when asked for.
         if selection.methods.iter().any(|method| method == "shapes") {

@@ -1,8 +1,7 @@
 //! Write-back: a model as URDF text.
 
-use crate::model::Body;
 use crate::xml::{EXTENSION, from_roll_pitch_yaw};
-use crate::{BodyId, JointKind, MassProperties, Mimic, Model, Stop};
+use crate::{Body, BodyId, JointKind, MassProperties, Mimic, Model, Stop};
 use core::fmt::{self, Write as _};
 use glam::{DQuat, DVec3};
 use std::collections::HashMap;

@@ -5,7 +5,6 @@
 
 mod error;
 mod reader;
-mod spelling;
 
 pub use error::{XmlError, XmlProblem};
 #[cfg(feature = "urdf")]

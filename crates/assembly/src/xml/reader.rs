@@ -1,7 +1,7 @@
 //! Reading XML elements, with the line of everything that is wrong or has no effect.
 
-use super::{XmlError, XmlProblem, spelling};
-use crate::{Ignored, Location};
+use super::{XmlError, XmlProblem};
+use crate::{Ignored, Location, spelling};
 use glam::{DQuat, DVec3};
 use roxmltree::{Document, Node};
 use vertebra_spatial::Pose;
@@ -83,7 +83,7 @@ impl<'a> Reader<'a> {
     /// Notes that an element has no effect which is none of those that may stand there. One that is
     /// nearly spelt like one of them is taken for a slip.
     pub fn ignore_unknown(&mut self, node: Node<'_, '_>, known: &[&str]) {
-        let meant = spelling::nearest(node.tag_name().name(), known);
+        let meant = spelling::nearest(node.tag_name().name(), known.iter().copied());
         self.note(node, meant.map(|name| format!("is <{name}> meant?")));
     }
 
@@ -103,7 +103,7 @@ impl<'a> Reader<'a> {
         for attribute in node.attributes() {
             let name = attribute.name();
             if !known.contains(&name) {
-                let meant = spelling::nearest(name, known);
+                let meant = spelling::nearest(name, known.iter().copied());
                 self.note_attribute(node, name, meant.map(|name| format!("is `{name}` meant?")));
             }
         }

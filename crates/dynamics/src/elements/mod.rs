@@ -519,3 +519,6 @@ fn turned(ball: &Ball, state: &State, h: f64, epsilon: f64) -> Turned {
 fn firmness(epsilon: f64) -> f64 {
     0.1 / epsilon.sqrt()
 }
+
+#[cfg(test)]
+mod tests;

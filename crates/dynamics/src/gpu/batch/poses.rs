@@ -2,7 +2,7 @@
 
 use super::memory::{Word, index, kind, read};
 use crate::Error;
-use crate::link::{BodyFrame, Link};
+use crate::link::Link;
 use bytemuck::Pod;
 use glam::{DQuat, DVec3};
 use vertebra_assembly::Model;
@@ -87,7 +87,7 @@ impl<W: Word> Poses<W> {
 }
 
 fn bodies_of(model: &Model) -> Vec<BatchLink> {
-    let links = Link::<f64>::of_model(model).into_iter();
+    let (links, _) = Link::<f64>::of_model(model);
     let body = |link: Link<f64>| BatchLink {
         kind: kind(link.kind),
         parent: link.parent.map_or(u32::MAX, index),
@@ -99,7 +99,7 @@ fn bodies_of(model: &Model) -> Vec<BatchLink> {
         gathered: 0,
         pushed: u32::MAX,
     };
-    links.map(body).collect()
+    links.into_iter().map(body).collect()
 }
 
 /// The unit of length, then of each body where its joint is on the parent's body and where its own frame
@@ -113,8 +113,8 @@ fn placements<W: Word>(model: &Model) -> Vec<[W; 4]> {
         placements.push(rotation.to_array().map(W::new));
         placements.push([x, y, z, 0.0].map(W::new));
     };
-    let frames = BodyFrame::<f64>::of_model(model);
-    for (link, frame) in Link::<f64>::of_model(model).iter().zip(&frames) {
+    let (links, frames) = Link::<f64>::of_model(model);
+    for (link, frame) in links.iter().zip(&frames) {
         put(match link.parent {
             Some(parent) => frames[parent].placement.inverse() * link.placement,
             None => link.placement,

@@ -36,8 +36,7 @@ pub(super) struct Tree {
 
 impl Tree {
     pub(super) fn new(model: &Model) -> Self {
-        let links = Link::<f64>::of_model(model);
-        let frames = BodyFrame::<f64>::of_model(model);
+        let (links, frames) = Link::<f64>::of_model(model);
         let mut nodes: Vec<Node> = Vec::new();
         let mut places: Vec<Place> = Vec::with_capacity(links.len());
         for (body, (link, frame)) in links.into_iter().zip(frames).enumerate() {
