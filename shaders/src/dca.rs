@@ -529,7 +529,9 @@ impl Dca {
             part!("screws_none")
         };
         let parts = [part!("chunk"), part!("respond"), part!("advance")];
-        let parts = parts.into_iter().chain([self.epsilon(), leaf, several, screws]);
+        let parts = parts
+            .into_iter()
+            .chain([self.epsilon(), leaf, several, screws]);
         let kernel = parts.fold(kernel, Kernel::with);
         if self.elements {
             return self.with_elements(kernel);

@@ -1,9 +1,9 @@
 //! Which algorithm on which device, and why.
 
-use crate::dca::PARALLEL_BODIES;
-use crate::{Algorithm, Precision, SolverOptions, cost};
 #[cfg(feature = "gpu")]
 use crate::Error;
+use crate::dca::PARALLEL_BODIES;
+use crate::{Algorithm, Precision, SolverOptions, cost};
 use core::fmt;
 #[cfg(feature = "gpu")]
 use vertebra_assembly::Model;

@@ -9,8 +9,8 @@ use vertebra_gpu::{
     AnySlot, Buffer, Device, Error, Kernel, Output, Pending, Program, Recording, Shared, Slot,
     Timing, workgroups,
 };
-use vertebra_shaders::dca::loops::{Closing, HALF_TURNING, STARTS};
 use vertebra_shaders::dca::balls;
+use vertebra_shaders::dca::loops::{Closing, HALF_TURNING, STARTS};
 use vertebra_shaders::dca::{Advance, Commit, Dca, Layer, Sizes, Way};
 
 /// Entries of `control`.

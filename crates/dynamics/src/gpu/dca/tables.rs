@@ -5,11 +5,11 @@
 //! memory, and nothing is padded.
 
 use super::engine::JOINT_FORCES;
-use crate::elements::Rows;
 use super::layers::{Item, Layered, Rounds, Width};
 use super::loops::LoopTables;
 use super::order::{Joins, Order, Rakes, Seams};
 use crate::dca::plan::{Inboard, Outboard, Part, Plan, Raked};
+use crate::elements::Rows;
 use crate::link::Kind;
 use glam::DQuat;
 use vertebra_assembly::Model;
@@ -257,12 +257,7 @@ impl Tables {
     }
 
     /// Rows of what acts in joints, and pitches at the end of the third.
-    fn put_elements(
-        &mut self,
-        plan: &Plan<f64>,
-        order: &Order,
-        elements: Option<&[Rows]>,
-    ) {
+    fn put_elements(&mut self, plan: &Plan<f64>, order: &Order, elements: Option<&[Rows]>) {
         if !(self.elements || self.screws) {
             return;
         }
