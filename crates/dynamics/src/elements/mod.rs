@@ -40,6 +40,8 @@ mod motor;
 mod round;
 mod stop;
 
+#[cfg(feature = "gpu")]
+pub(crate) use kernels::Rows;
 pub use motor::{Motor, SphericalMotor};
 
 use crate::{Error, Forces, Integrator, Solver};
