@@ -9,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use vertebra_gpu::{Binding, Kernel};
 
 use crate::Precision;
-use crate::parts::{CHOLESKY, ELEMENTS, JOINT, ROTATION, ROTATION_LOG, SPATIAL};
+use crate::parts::{BALLS, CHOLESKY, ELEMENTS, JOINT, ROTATION, ROTATION_LOG, SPATIAL};
 
 /// Numbers of everything, and where tables start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -49,6 +49,8 @@ pub struct Sizes {
     pub length: f32,
     /// First number of the forces that says what pushes bodies.
     pub pushes: u32,
+    /// First four of the scratch memory that says what acts in spherical joints, if [`Dca::balls`].
+    pub balls: u32,
 }
 
 /// What a dispatch works on: chunks a lane each, or several rounds of the tree.
@@ -121,8 +123,30 @@ pub mod item {
 pub const MOST_ATTEMPTS: u32 = 12;
 
 /// Numbers of a freedom among the forces where elements act: the joint force, inertia of its own, and of a motor
-/// its force at position and rate zero, the position it strives for, its gains, and its limit.
+/// its force at position and rate zero, the position it strives for, its gains, and its limit. A spherical joint's three
+/// freedoms share those of its motor: the torque, x, y and z of the orientation, w and the stiffness, the damping, the
+/// limit.
 pub const DRIVEN_NUMBERS: usize = 7;
+/// One more of models with [`Dca::balls`]: what a spherical joint's own inertia has off its diagonal.
+pub const BALL_NUMBERS: usize = 1;
+
+/// Rows of numbers of a body where elements act, and more of models with [`Dca::balls`].
+pub const ELEMENT_ROWS: usize = 3;
+/// These.
+pub const BALL_ROWS: usize = 2;
+
+/// Fours of a freedom in the scratch memory where spherical joints are loaded by [`Dca::load_balls`].
+pub const BALL_FOURS: u32 = 2;
+
+/// What [`Dca::load_balls`] does, bits of [`Layer::ways`].
+pub mod balls {
+    /// Forces and inertia for the solution that comes.
+    pub const LOADS: u32 = 1;
+    /// The parts of laws that the last solution asks for.
+    pub const FOLLOWS: u32 = 2;
+    /// The work of the step.
+    pub const ACCOUNTS: u32 = 4;
+}
 
 /// Sums of work that are kept of each freedom: of motors, springs, dampers, friction and stops. One of loops follows where
 /// there are any.
@@ -185,6 +209,27 @@ const DYNAMICS: &[Binding] = &[
     Binding::read_write::<[f32; 4]>("nodes"),
 ];
 
+const ACTING: &[Binding] = &[
+    Binding::uniform::<Sizes>("sizes"),
+    Binding::uniform::<Layer>("layer"),
+    Binding::read::<u32>("words"),
+    Binding::read::<[f32; 4]>("links"),
+    Binding::read_write::<f32>("state"),
+    Binding::read_write::<[f32; 4]>("scratch"),
+    Binding::read_write::<u32>("control"),
+    Binding::read_write::<u32>("status"),
+    Binding::read::<f32>("forces"),
+];
+
+const ACTING_PARTS: &[&str] = &[
+    SPATIAL,
+    ROTATION,
+    JOINT,
+    part!("memory"),
+    part!("forces"),
+    part!("advance"),
+];
+
 const MOTION_PARTS: &[&str] = &[
     SPATIAL,
     ROTATION,
@@ -222,6 +267,8 @@ pub struct Dca {
     pub several: bool,
     /// Whether anything acts in joints but the forces given.
     pub elements: bool,
+    /// Whether spherical joints have ranges, friction or motors.
+    pub balls: bool,
     /// Whether joints are screws.
     pub screws: bool,
     /// Whether loops are closed.
@@ -245,6 +292,7 @@ impl Dca {
             leaves: true,
             several: true,
             elements: true,
+            balls: true,
             screws: true,
             loops: true,
             refined: false,
@@ -276,6 +324,18 @@ impl Dca {
         let kernel = self.with_chunks(kernel);
         let kernel = kernel.with(part!("advance_none")).with(part!("rakes_none"));
         kernel.with(part!("assemble_chunks")).with(part!("leading"))
+    }
+
+    /// What acts in spherical joints, a lane each, of [`Self::balls`]; [`Layer::starts`] is the first word of their
+    /// slots' table, [`Layer::ways`] is made of [`balls`].
+    #[must_use]
+    pub fn load_balls(self) -> Kernel {
+        let kernel = Kernel::new("load_balls", ACTING_PARTS, ACTING, [64, 1, 1]);
+        let kernel = self.sharing(self.precise(kernel, self.chunks), 0);
+        let parts = [self.attempts(), self.epsilon(), BALLS, part!("load_balls")];
+        let kernel = parts.into_iter().fold(kernel, Kernel::with);
+        let kernel = kernel.stride("forces", self.chunks.bytes());
+        self.with_elements(kernel)
     }
 
     /// Solves the first round's chunks, a lane each.
@@ -340,10 +400,14 @@ impl Dca {
     /// Kernels of every kind, of all there is and of the least, with what they are.
     pub(crate) fn all() -> Vec<(String, Kernel)> {
         let contents = |dca: Self| {
+            let alike = Self {
+                balls: false,
+                ..dca
+            };
             let bare = Self {
                 elements: false,
                 screws: false,
-                ..dca
+                ..alike
             };
             let least = Self {
                 leaves: false,
@@ -351,7 +415,11 @@ impl Dca {
                 loops: false,
                 ..bare
             };
-            [dca, bare, least]
+            // Those take the same parts in all precisions.
+            let alike = (dca.chunks != dca.tree).then_some(alike);
+            [Some(dca), alike, Some(bare), Some(least)]
+                .into_iter()
+                .flatten()
         };
         let choices = Self::ALL.into_iter().flat_map(contents);
         let refined = |dca: Self| {
@@ -381,6 +449,7 @@ impl Dca {
             ]);
         } else {
             kernels.extend([self.turn_parts(), self.place_chunks()]);
+            kernels.extend(self.balls.then(|| self.load_balls()));
             if self.loops {
                 kernels.extend(self.loop_kernels());
             }
@@ -393,13 +462,15 @@ impl Dca {
                 tree,
                 leaves,
                 elements,
+                balls,
                 refined,
                 ..
             } = self;
-            let content = match (elements, leaves) {
-                (true, _) => "all",
-                (false, true) => "bare",
-                (false, false) => "least",
+            let content = match (balls, elements, leaves) {
+                (true, ..) => "all",
+                (false, true, _) => "without balls",
+                (_, false, true) => "bare",
+                (_, false, false) => "least",
             };
             let kept = if refined { " refined" } else { "" };
             let name = format!(
@@ -451,10 +522,6 @@ impl Dca {
 
     /// Adds what chunks are worked on with, of what the model has.
     fn with_chunks(self, kernel: Kernel) -> Kernel {
-        let epsilon = match self.chunks {
-            Precision::F32 => part!("epsilon_f32"),
-            Precision::F64 => part!("epsilon_f64"),
-        };
         let leaf = if self.leaves {
             part!("leaf")
         } else {
@@ -471,7 +538,9 @@ impl Dca {
             part!("screws_none")
         };
         let parts = [part!("chunk"), part!("respond"), part!("advance")];
-        let parts = parts.into_iter().chain([epsilon, leaf, several, screws]);
+        let parts = parts
+            .into_iter()
+            .chain([self.epsilon(), leaf, several, screws]);
         let kernel = parts.fold(kernel, Kernel::with);
         if self.elements {
             return self.with_elements(kernel);
@@ -481,9 +550,14 @@ impl Dca {
 
     /// Adds what acts in joints.
     fn with_elements(self, kernel: Kernel) -> Kernel {
+        let turning = if self.balls {
+            part!("turning")
+        } else {
+            part!("turning_alike")
+        };
         let parts = [ROTATION_LOG, ELEMENTS, part!("loads"), part!("settle")];
+        let parts = parts.into_iter().chain([turning]);
         parts
-            .into_iter()
             .fold(kernel, Kernel::with)
             .constant("SOLVED_TO", self.tree.epsilon())
             .constant("FIRMNESS", 0.1 / self.tree.epsilon().sqrt())
@@ -494,6 +568,14 @@ impl Dca {
     /// How many sums of work are kept of a freedom.
     fn works(self) -> String {
         format!("const WORKS = {}u;\n", WORKS + usize::from(self.loops))
+    }
+
+    /// Rounding of the chunks.
+    const fn epsilon(self) -> &'static str {
+        match self.chunks {
+            Precision::F32 => part!("epsilon_f32"),
+            Precision::F64 => part!("epsilon_f64"),
+        }
     }
 
     /// Whether a dispatch is one of several that a step may need.

@@ -18,6 +18,9 @@ pub const ROTATION_LOG: &str = include_str!("../wgsl/shared/rotation_log.wgsl");
 /// rounding of solutions, `SOLVED_TO`, and `FIRMNESS`.
 pub const ELEMENTS: &str = include_str!("../wgsl/shared/elements.wgsl");
 
+/// Laws of spherical joints with ranges, friction and motors. Needs [`ELEMENTS`] and the precision's `EPSILON`.
+pub const BALLS: &str = include_str!("../wgsl/shared/balls.wgsl");
+
 /// Kinds of joints and their velocity products. Needs [`SPATIAL`].
 pub const JOINT: &str = include_str!("../wgsl/shared/joint.wgsl");
 

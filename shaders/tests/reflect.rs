@@ -83,7 +83,7 @@ fn structs_are_laid_out_alike_on_both_sides() {
         fields!(BatchLink: kind, parent, position, dof, flags, handoff, first, gathered, pushed),
         fields!(BatchPlan: groups, stride, levels, steps, done, half, positions, dofs),
         fields!(dca::Layer: count, rounds, starts, ways, stage, sweep, attempt),
-        fields!(dca::Sizes: slots, positions, dofs, chunks, joins, chunk_nodes, inners, leaves, rakes, carriers, single, chunk_words, cut_words, sum_words, rake_words, length, pushes),
+        fields!(dca::Sizes: slots, positions, dofs, chunks, joins, chunk_nodes, inners, leaves, rakes, carriers, single, chunk_words, cut_words, sum_words, rake_words, length, pushes, balls),
         fields!(collision::Sizes: jobs, groups, queue, level, a_at, b_at),
         fields!(collision::Split: pairs, ordered),
         fields!(collision::Places: queue, hits, undecided, left, answer, answer_a, row, rows),

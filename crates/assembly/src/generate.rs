@@ -1,8 +1,8 @@
 //! Generated models: chains, helices, trees. Seeded ones are the same on every machine.
 
 use crate::{
-    Compound, Joint, MassProperties, Model, ModelDescription, ModelError, Spring, Stop,
-    random::Random, validate,
+    BallRange, Compound, Joint, JointKind, MassProperties, Model, ModelDescription, ModelError,
+    Spring, Stop, random::Random, validate,
 };
 use glam::{DQuat, DVec3};
 use vertebra_spatial::Pose;
@@ -276,14 +276,16 @@ pub fn random_tree(tree: &RandomTree, seed: u64) -> Result<Model, ModelError> {
 }
 
 /// A random tree of `count` bodies on joints of every kind there is: those of [`random_tree`], screws,
-/// cylindrical, universal and planar joints. With `elements` most joints have some: damping, friction,
-/// a rotor, a spring, a range with a hard or a soft stop.
+/// cylindrical, universal and planar joints. With `elements` most joints but free and fixed ones have some: damping,
+/// friction, a rotor, a spring, a range with a hard or a soft stop.
 ///
 /// # Errors
 /// [`ModelError`] if `count` is zero or above what indices can count.
 pub fn random_mechanism(count: usize, elements: bool, seed: u64) -> Result<Model, ModelError> {
     validate::check_count(count)?;
     let mut random = Random::new(seed);
+    // Apart, so that all else is as it is without them.
+    let mut of_balls = Random::new(seed ^ 0x00ba_1100);
     let mut description = ModelDescription::new("random-mechanism");
     for index in 0..count {
         let parent = (index > 0).then(|| name(index - 1 - random.below(index.min(3))));
@@ -297,6 +299,7 @@ pub fn random_mechanism(count: usize, elements: bool, seed: u64) -> Result<Model
         };
         if elements {
             joint = joint.map(|joint| with_elements(joint, &mut random));
+            joint = joint.map(|joint| with_ball_laws(joint, &mut of_balls));
         }
         let joint = joint
             .at(random_pose(&mut random, 0.5))
@@ -343,6 +346,36 @@ fn with_elements(mut joint: Joint, random: &mut Random) -> Joint {
         };
     }
     joint
+}
+
+/// Friction and a range of some kind in a spherical joint, each with the odds of a coin.
+fn with_ball_laws(mut joint: Joint, random: &mut Random) -> Joint {
+    if joint.kind != JointKind::Spherical {
+        return joint;
+    }
+    if random.below(2) == 0 {
+        joint.friction = random.unit();
+    }
+    if random.below(2) == 0 {
+        return joint;
+    }
+    let (axis, most) = (random.direction(), 0.2 + random.unit());
+    let range = match random.below(3) {
+        0 => BallRange::turn(most),
+        1 => BallRange::cone(axis, most),
+        _ => BallRange::cone_and_twist(axis, most, -random.unit(), random.unit()),
+    };
+    let stop = match random.below(3) {
+        0 => Stop::Soft {
+            stiffness: 1e2 * random.unit(),
+            damping: random.unit(),
+        },
+        1 => Stop::Hard {
+            restitution: random.unit(),
+        },
+        _ => Stop::HARD,
+    };
+    joint.with_ball_range(range).with_stop(stop)
 }
 
 fn random_joint(random: &mut Random, mixed: bool) -> Joint {

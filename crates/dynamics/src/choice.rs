@@ -1,9 +1,9 @@
 //! Which algorithm on which device, and why.
 
+#[cfg(feature = "gpu")]
+use crate::Error;
 use crate::dca::PARALLEL_BODIES;
 use crate::{Algorithm, Precision, SolverOptions, cost};
-#[cfg(feature = "gpu")]
-use crate::{Elements, Error};
 use core::fmt;
 #[cfg(feature = "gpu")]
 use vertebra_assembly::Model;
@@ -71,9 +71,8 @@ impl Choice {
         // Elements cost about as many times more on both: springs and dampers 1.1 on an H100 and 1.3 on a Xeon, with
         // friction and stops 4.2 and 4.4. Every mechanism with loops that was measured is faster on the processor.
         let open = !crate::loops::has_loops(model);
-        let computed = Elements::new(model).check_spherical().is_ok();
         Ok(Self {
-            on_gpu: is_real && open && computed && gpu_s < host.aba_s.min(host.dca_s),
+            on_gpu: is_real && open && gpu_s < host.aba_s.min(host.dca_s),
             gpu_s: Some(gpu_s),
             ..host
         })

@@ -369,15 +369,6 @@ pub enum Error {
         /// What to do instead.
         remedy: &'static str,
     },
-    /// An element of a spherical joint that no kernel computes.
-    #[cfg(feature = "gpu")]
-    #[error(
-        "the spherical joint of body `{body}` has a range, friction or a motor, which a GPU does not compute: simulate on `Device::cpu()`, or without them (`Model::bare`)"
-    )]
-    SphericalElementUnavailable {
-        /// The body whose joint it is.
-        body: String,
-    },
     /// Inertia of a freedom's own that no kernel computes.
     #[cfg(feature = "gpu")]
     #[error(

@@ -101,15 +101,9 @@ impl Dca {
     /// chip are groups of at most [`ON_CHIP`], others of [`MOST_ROWS`].
     #[must_use]
     pub fn close_loops(self, on_chip: bool) -> Kernel {
-        let (epsilon, constants) = match self.chunks {
-            Precision::F32 => (
-                include_str!("../../wgsl/dca/epsilon_f32.wgsl"),
-                part!("constants_f32"),
-            ),
-            Precision::F64 => (
-                include_str!("../../wgsl/dca/epsilon_f64.wgsl"),
-                part!("constants_f64"),
-            ),
+        let constants = match self.chunks {
+            Precision::F32 => part!("constants_f32"),
+            Precision::F64 => part!("constants_f64"),
         };
         let parts = [
             part!("memory"),
@@ -139,9 +133,13 @@ impl Dca {
         } else {
             part!("elements_none")
         };
-        let parts = parts
-            .into_iter()
-            .chain([epsilon, constants, memory, elements]);
+        let along = if self.balls {
+            part!("along_moments")
+        } else {
+            part!("along_axes")
+        };
+        let varying = [self.epsilon(), constants, memory, elements, along];
+        let parts = parts.into_iter().chain(varying);
         let kernel = parts
             .fold(self.looped("close_loops"), Kernel::with)
             .with_text(counts.concat());

@@ -109,7 +109,8 @@ fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node
     );
     let pitch = pitch_of(slot);
     let own_drive = drive_of(slot, kind);
-    let drive = force_in_world(own_drive.force, axes, pitch);
+    let basis = joint_basis(kind, dof_of(slot), axes);
+    let drive = force_in_world(own_drive.force, basis, pitch);
     let mask = mask_of(kind, own_drive);
     let g = inertia_add(a.phi22, b.phi11);
     let c = placed.bias_acceleration;
@@ -123,12 +124,12 @@ fn with_leaf(is_head: bool, a: Node, slot: u32, share: real, index: u32) -> Node
         a,
         b,
         compliant(
-            inertia_masked(inertia_along(pitch, inertia_rotated(g, transpose(axes))), mask),
+            inertia_masked(inertia_along(pitch, inertia_rotated(g, transpose(basis))), mask),
             own_drive,
         ),
-        matrix6_projected(matrix6_transposed(a.phi12), axes, pitch, mask),
-        matrix6_projected(b.phi12, axes, pitch, mask),
-        with_held(force_projected(apart, axes, pitch, mask), own_drive),
+        matrix6_projected(matrix6_transposed(a.phi12), basis, pitch, mask),
+        matrix6_projected(b.phi12, basis, pitch, mask),
+        with_held(force_projected(apart, basis, pitch, mask), own_drive),
     );
     if !(own_factor.positive && whole.joined.factor.positive) {
         fail(UNJOINED, slot);
@@ -215,12 +216,13 @@ fn get_leaf(index: u32) -> Leaf {
 fn leaf_force(slot: u32, index: u32, x: Force, f2: Force) -> Force {
     let leaf = get_leaf(index);
     let axes = quaternion_matrix(get_placed(slot).rotation);
+    let kind = kind_of(flags_of(slot));
     var transmitted = force_between(leaf.joined, x, f2);
     if is_first() {
-        let drive = drive_of(slot, kind_of(flags_of(slot)));
+        let drive = drive_of(slot, kind);
         transmitted = force_add(transmitted, drive.force);
     }
-    return force_in_world(transmitted, axes, pitch_of(slot));
+    return force_in_world(transmitted, joint_basis(kind, dof_of(slot), axes), pitch_of(slot));
 }
 
 // A leaf, acted on by f2 at its centre of mass and by `force` at its joint, which `given` would accelerate if

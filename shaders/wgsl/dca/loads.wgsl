@@ -39,11 +39,7 @@ fn elements_of(slot: u32, v: u32) -> Elements {
         a.z,
         a.w,
         b.x,
-        b.y,
-        b.z,
-        b.w,
-        c.xy,
-        u32(i32(c.z)),
+        Stopped(b.y, b.z, b.w, c.xy, u32(i32(c.z))),
         given_number(PUSH, v),
         given_number(POSITION, v),
         given_number(GAIN, v),
@@ -96,22 +92,10 @@ fn load_one(slot: u32, q: u32, v: u32, tau: real) -> One {
     return One(tau + load.x, real(parts), load.y + given_number(OWN, v));
 }
 
-// Along a joint's axes, where those of one freedom have z.
+// Along a joint's axes, where those of one freedom have z. Spherical joints have their own (turning*.wgsl).
 struct Load {
     force: Force,
     own: Force,
-}
-
-fn load_turning(slot: u32, q: u32, v: u32) -> Load {
-    let ball = ball_of(slot);
-    let h = step_ahead();
-    let off = ball_off(ball, state4(position_now(q)));
-    let force = ball_force(ball, off, state3(rate_now(v)), h);
-    let inertia = ball_inertia(ball, h);
-    return Load(
-        Force(joint_forces3(v) + force, zero3()),
-        Force(given_numbers3(OWN, v) + vec3<real>(inertia, inertia, inertia), zero3()),
-    );
 }
 
 fn load_all(v: u32) -> Load {
@@ -179,7 +163,6 @@ fn load_of(slot: u32, kind: u32, q: u32, v: u32) -> Load {
                 Force(zero3(), vec3<real>(0.0, 0.0, one.own)),
             );
         }
-        case SPHERICAL: { return load_turning(slot, q, v); }
         case FREE: { return load_all(v); }
         default: { return Load(force_zero(), force_zero()); }
     }
@@ -197,7 +180,12 @@ fn split3(force: vec3<real>, own: vec3<real>) -> Drive {
 }
 
 fn drive_of(slot: u32, kind: u32) -> Drive {
-    let load = load_of(slot, kind, position_of(slot), dof_of(slot));
+    let q = position_of(slot);
+    let v = dof_of(slot);
+    if kind == SPHERICAL {
+        return drive_turning(load_turning(slot, q, v));
+    }
+    let load = load_of(slot, kind, q, v);
     let a = split3(load.force.angular, load.own.angular);
     let l = split3(load.force.linear, load.own.linear);
     return Drive(
@@ -218,7 +206,10 @@ fn driven(spot: Spot, qdd: Motion) -> Force {
     let v = spot.v;
     var load: Load;
     switch kind_of(spot.flags) {
-        case SPHERICAL: { load = load_turning(spot.slot, spot.q, v); }
+        case SPHERICAL: {
+            let turning = load_turning(spot.slot, spot.q, v);
+            return Force(turning.force - moments_times(turning.own, qdd.angular), zero3());
+        }
         case FREE: { load = load_all(v); }
         default: { return force_zero(); }
     }

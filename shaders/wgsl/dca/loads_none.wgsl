@@ -16,15 +16,30 @@ struct Load {
     own: Force,
 }
 
-fn load_turning(slot: u32, q: u32, v: u32) -> Load {
-    return Load(Force(joint_forces3(v), zero3()), force_zero());
+alias Moments = vec3<real>;
+
+struct Turning {
+    force: vec3<real>,
+    own: Moments,
+}
+
+fn load_turning(slot: u32, q: u32, v: u32) -> Turning {
+    return Turning(joint_forces3(v), zero3());
 }
 
 fn load_all(v: u32) -> Load {
     return Load(Force(joint_forces3(v), joint_forces3(v + 3u)), force_zero());
 }
 
-fn is_held3(own: vec3<real>) -> bool { return false; }
+fn is_turning_held(own: Moments) -> bool { return false; }
+
+fn with_moments(s: Sym3, own: Moments, axes: mat3x3<real>) -> Sym3 { return s; }
+
+fn moments_kept(v: u32) -> Moments { return zero3(); }
+
+fn keep_moments(v: u32, own: Moments) {}
+
+fn joint_basis(kind: u32, v: u32, axes: mat3x3<real>) -> mat3x3<real> { return axes; }
 
 fn is_held(own: Force) -> bool { return false; }
 

@@ -28,6 +28,8 @@ struct Sizes {
     length: f32,
     // First number of `forces` that says what pushes bodies.
     pushes: u32,
+    // First four of `scratch` that says what acts in spherical joints, if that is worked out by itself.
+    balls: u32,
 }
 
 // What a dispatch works on: chunks a lane each, or several rounds of the tree.

@@ -38,7 +38,8 @@ fn with_leaf_again(chunk: u32, slots: Slots, change: Change, bias: Force) -> Cha
     let differing = motion_sub(motion_sub(matched, solved(slot)), across);
     let apart = force_add(change.drift, Force(differing.angular, differing.linear));
     let mask = mask_of(kind, drive_of(slot, kind));
-    let y = lower6(leaf.joined.factor, force_projected(apart, axes, pitch_of(slot), mask));
+    let basis = joint_basis(kind, spot.v, axes);
+    let y = lower6(leaf.joined.factor, force_projected(apart, basis, pitch_of(slot), mask));
     let is_head = (chunk_word(chunk, ENDS) & FROM_CUT) == 0u;
     let sign: real = select(real(-1.0), real(1.0), is_head);
     leaf.joined.bias = y;

@@ -8,7 +8,7 @@ fn let_turning_go_again(change: Change, v: u32) -> Change {
     put_several4(v, 2u, t.a, t.b, t.c, u);
     let tip_l = mat3x3<real>(get_several(v, 0u), get_several(v, 1u), get_several(v, 2u));
     var left = zero3();
-    if HAS_OWN && is_held3(own_kept3(v)) {
+    if HAS_OWN && is_turning_held(moments_kept(v)) {
         left = change.bias.angular + u * mat3x3<real>(a.a, a.b, a.c);
     }
     return Change(

@@ -29,9 +29,7 @@ fn work(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Motion) {
         let parts = parts_in(fetch(last_row(v)));
         put_works(v, works_of_step(e, laws_of(e, now), parts, now, rates.angular.x));
     } else if kind == SPHERICAL {
-        let ball = ball_of(slot);
-        let off = ball_off(ball, state4(position_of(slot)));
-        put_works(v, ball_works_of_step(ball, off, before.angular, rates.angular, h));
+        work_turning(slot, before.angular, rates.angular);
     }
 }
 
@@ -63,9 +61,6 @@ fn settle_between(slot: u32, kind: u32, begun: Begun, before: Motion, rates: Mot
         let start: Moment = Moment(begun.position, begun.rate, 0.0);
         put_works(v, works_between(elements_of(slot, v), start, end));
     } else if kind == SPHERICAL {
-        let ball = ball_of(slot);
-        let offs = ball_off(ball, state4(q)) + ball_off(ball, state4(work_q() + q));
-        let h: real = real(forces[STEP_SIZE]);
-        put_works(v, ball_works_between(ball, offs, before.angular, rates.angular, h));
+        work_turning_between(slot, before.angular, rates.angular);
     }
 }

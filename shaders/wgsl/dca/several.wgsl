@@ -21,15 +21,15 @@ fn get_several(v: u32, i: u32) -> vec3<real> {
 // force that drives the joint; unless the freedoms have inertia of their own.
 fn let_turning_go(
     part: Interior,
-    load: Load,
+    load: Turning,
     axes: mat3x3<real>,
     spot: Spot,
     floor: real,
     c: Motion,
 ) -> Interior {
     let v = spot.v;
-    let drive = axes * load.force.angular;
-    let factor = cholesky3(with_own3(part.inertia.angular, load.own.angular, axes), floor);
+    let drive = axes * load.force;
+    let factor = cholesky3(with_moments(part.inertia.angular, load.own, axes), floor);
     if !factor.positive {
         fail(SINGULAR, spot.slot);
     }
@@ -44,7 +44,7 @@ fn let_turning_go(
     put_several(v, 0u, tip_l[0]);
     put_several(v, 1u, tip_l[1]);
     put_several(v, 2u, tip_l[2]);
-    keep_own3(v, load.own.angular);
+    keep_moments(v, load.own);
     var next = part;
     next.inertia = Inertia(
         sym_zero(),
@@ -63,7 +63,7 @@ fn let_turning_go(
         Inertia(gram3(tip_a), transpose(tip_l) * tip_a, gram3(tip_l)),
     );
     next.drift = force_add(part.drift, Force(u * tip_a, u * tip_l));
-    if HAS_OWN && is_held3(load.own.angular) {
+    if HAS_OWN && is_turning_held(load.own) {
         next.inertia.angular = sym_sub(part.inertia.angular, gram3(turning));
         next.inertia.coupling = part.inertia.coupling - transpose(sliding) * turning;
         next.bias.angular = part.bias.angular + u * turning;
@@ -159,7 +159,7 @@ fn respond_turning(v: u32, axes: mat3x3<real>, f2: Force, given: Motion) -> Resp
     let first = cholesky3_upper(factor, wanted - turning * given.angular);
     let once = given.angular + first;
     var second = cholesky3_upper(factor, wanted - turning * once);
-    if HAS_OWN && is_held3(own_kept3(v)) {
+    if HAS_OWN && is_turning_held(moments_kept(v)) {
         // Which would have to know its part of what is wanted.
         second = zero3();
     }

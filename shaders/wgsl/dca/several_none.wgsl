@@ -2,7 +2,7 @@
 
 fn let_turning_go(
     part: Interior,
-    load: Load,
+    load: Turning,
     axes: mat3x3<real>,
     spot: Spot,
     floor: real,

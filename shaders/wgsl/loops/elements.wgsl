@@ -4,10 +4,7 @@
 fn own_inertia(spot: Spot, k: u32) -> real {
     switch kind_of(spot.flags) {
         case REVOLUTE, PRISMATIC, SCREW: { return own_kept(spot.v, 0u); }
-        case SPHERICAL: {
-            let given = given_number(OWN, spot.v + k);
-            return given + ball_inertia(ball_of(spot.slot), step_ahead());
-        }
+        case SPHERICAL: { return turning_moment(spot.slot, spot.v, k); }
         case FREE: { return given_number(OWN, spot.v + k); }
         default: { return 0.0; }
     }

@@ -54,7 +54,7 @@ fn let_member_go(g: Group, body: u32) {
     }
     let freedoms = freedoms_of(kind);
     for (var k = 0u; k < freedoms; k++) {
-        let s = freedom_along(member.spot, k, axes);
+        let s = let_go_along(member.spot, k, axes);
         let column = inertia_mul(inertia, s);
         let d: real = motion_dot(s, column) + own_inertia(member.spot, k);
         let is_positive: bool = d > 0.0 && is_finite(d);
@@ -112,12 +112,13 @@ fn passed_on(
     let axes = quaternion_matrix(vec4<real>(three(at), number(at + 3u)));
     var f = arriving;
     var drive = force_zero();
+    let of_axes = given_about_axes(member.spot, tau, stride);
     let freedoms = freedoms_of(kind);
     for (var k = 0u; k < freedoms; k++) {
-        let s = freedom_along(member.spot, k, axes);
+        let s = let_go_along(member.spot, k, axes);
         let own = freedom_memory(g, member.dof + k);
         let d_inverse = number(own + D_INVERSE);
-        let given = number(tau + stride * k);
+        let given = given_along(member.spot, k, tau + stride * k, of_axes);
         let u: real = given - motion_dot(s, f);
         f = force_add(f, force_scaled(six(own), u * d_inverse));
         drive = force_add(drive, force_scaled(Force(s.angular, s.linear), given));

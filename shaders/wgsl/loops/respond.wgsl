@@ -97,12 +97,13 @@ fn fall(g: Group, body: u32) {
     let freedoms = freedoms_of(kind_of(member.spot.flags));
     for (var i = 0u; i < freedoms; i++) {
         let k = freedoms - 1u - i;
-        let s = freedom_along(member.spot, k, axes);
+        let s = let_go_along(member.spot, k, axes);
         let own = freedom_memory(g, member.dof + k);
         let x: real = (number(own + SOLVED) - motion_dot(a, six(own))) * number(own + D_INVERSE);
         a = Motion(a.angular + s.angular * x, a.linear + s.linear * x);
         put_number(own + SOLVED, x);
     }
+    put_about_axes(member.spot, freedom_memory(g, member.dof) + SOLVED);
     put_six(at + RESPONSE, a.angular, a.linear);
 }
 

@@ -14,6 +14,16 @@ const BOUNDLESS: real = 1e37;
 const SOFT: u32 = 1u;
 const HARD: u32 = 2u;
 
+// A range, about the inertia that is stopped at its ends, and how.
+struct Stopped {
+    lower: real,
+    upper: real,
+    moved: real,
+    // Of a soft stop stiffness and damping, of a hard one restitution.
+    stop: vec2<real>,
+    kind: u32,
+}
+
 struct Elements {
     // Spring, damper and rotor.
     stiffness: real,
@@ -21,13 +31,7 @@ struct Elements {
     damping: real,
     armature: real,
     friction: real,
-    // The range, and about the inertia that the joint moves.
-    lower: real,
-    upper: real,
-    moved: real,
-    // Of a soft stop stiffness and damping, of a hard one restitution.
-    stop: vec2<real>,
-    stop_kind: u32,
+    range: Stopped,
     // Motor: its force at position and rate zero of a joint that strives for zero, gains, and what it strives for.
     push: real,
     position: real,
@@ -130,8 +134,8 @@ struct Stop {
     open: u32,
 }
 
-fn stop_law(e: Elements, now: Moment) -> Stop {
-    if e.stop_kind == 0u || (e.stop_kind == HARD && now.h == 0.0) {
+fn stop_law(e: Stopped, now: Moment) -> Stop {
+    if e.kind == 0u || (e.kind == HARD && now.h == 0.0) {
         return Stop(no_law(), SLOPE);
     }
     let is_upper = e.upper - now.q <= now.q - e.lower;
@@ -139,7 +143,7 @@ fn stop_law(e: Elements, now: Moment) -> Stop {
     let sign: real = select(real(-1.0), real(1.0), is_upper);
     let toward: real = sign * now.qd;
     var law: Law;
-    if e.stop_kind == SOFT {
+    if e.kind == SOFT {
         let is_beyond: bool = gap <= now.h * toward || gap <= 0.0;
         law.at = sign * e.stop.x * gap;
         law.slope = select(real(0.0), e.stop.y, is_beyond) + now.h * e.stop.x;
@@ -167,7 +171,7 @@ fn stop_law(e: Elements, now: Moment) -> Stop {
 }
 
 fn laws_of(e: Elements, now: Moment) -> Laws {
-    let stop = stop_law(e, now);
+    let stop = stop_law(e.range, now);
     return Laws(motor_law(e, now), friction_law(e), stop.law, stop.open);
 }
 
@@ -247,7 +251,7 @@ fn works_between(e: Elements, start: Moment, end: Moment) -> Works {
     );
 }
 
-// The elements of a spherical joint, the same in all directions.
+// Elements of a spherical joint that are the same in all directions and have no bounds.
 struct Ball {
     rest: vec4<real>,
     stiffness: real,
@@ -255,11 +259,13 @@ struct Ball {
     armature: real,
 }
 
-// The rotation vector from the rest to an orientation, in the child's axes.
-fn ball_off(ball: Ball, q: vec4<real>) -> vec3<real> {
-    let back = vec4<real>(-ball.rest.xyz, ball.rest.w);
+// The rotation vector from one orientation to another, in the latter's axes.
+fn turned_off(rest: vec4<real>, q: vec4<real>) -> vec3<real> {
+    let back = vec4<real>(-rest.xyz, rest.w);
     return quaternion_log(quaternion_normalized(quaternion_product(back, q)));
 }
+
+fn ball_off(ball: Ball, q: vec4<real>) -> vec3<real> { return turned_off(ball.rest, q); }
 
 fn ball_force(ball: Ball, off: vec3<real>, w: vec3<real>, h: real) -> vec3<real> {
     return -((off + w * h) * ball.stiffness + w * ball.damping);

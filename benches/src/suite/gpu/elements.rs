@@ -8,8 +8,8 @@ use anyhow::Context;
 use vertebra::dynamics::gpu::{Batch, BatchOptions, Options};
 use vertebra::generate::{self, Masses, Rod};
 use vertebra::{
-    DcaOptions, DcaWorkspace, Forces, Integrator, Model, Motor, Precision, Random, Simulation,
-    State, Work, Workspace, aba, dca,
+    DcaOptions, DcaWorkspace, Elements, Forces, Integrator, JointKind, Model, Motor, Precision,
+    Random, Simulation, SphericalMotor, State, Work, Workspace, aba, dca,
 };
 use vertebra_gpu::Device;
 
@@ -44,8 +44,11 @@ pub(super) fn inertia(device: &Device) -> Outcome {
             decade => 10_f64.powf(2.0 * random.symmetric() - decade as f64),
         });
         forces.joint_inertia = own.collect();
+        // And all that elements do in a step, which binds the freedoms of spherical joints.
+        let mut elements = Elements::new(&model);
+        let forces = elements.load(&state, &forces, STEP)?;
         let mut reference = Workspace::new(&model, Precision::Reference);
-        let exact = aba(&model, &state, &forces, &mut reference)?.to_vec();
+        let exact = aba(&model, &state, forces, &mut reference)?.to_vec();
         for (chunks, tree, _) in precisions(device) {
             // Software takes minutes to compile kernels for all joints: of those there is one, of hinges all.
             if is_software(device) && model.first_element().is_some() && tree != Precision::F64 {
@@ -62,7 +65,7 @@ pub(super) fn inertia(device: &Device) -> Outcome {
                 let mut simulation =
                     vertebra::dynamics::gpu::Simulation::on(device, &bare, &options)?;
                 simulation.set_state(&state)?;
-                simulation.set_forces(&forces)?;
+                simulation.set_forces(forces)?;
                 let found = simulation.accelerations()?;
                 let bodies = model.bodies().len();
                 let name = format!("{bodies} bodies, {chunks} over {tree}, {sweeps} corrections");
@@ -75,7 +78,7 @@ pub(super) fn inertia(device: &Device) -> Outcome {
                     parallel: false,
                 };
                 let mut twin = DcaWorkspace::new(&model, &twin)?;
-                let twin = relative_error(dca(&model, &state, &forces, &mut twin)?, &exact);
+                let twin = relative_error(dca(&model, &state, forces, &mut twin)?, &exact);
                 let bound = 16.0 * twin + 256.0 * tree.epsilon();
                 figures.push(Figure::new(name, relative_error(&found, &exact), bound));
             }
@@ -99,6 +102,11 @@ pub(super) fn moved(
         .filter(|(_, body)| body.dof_range().len() == 1)
         .map(|(id, _)| id)
         .collect();
+    let of_balls = model.body_ids().zip(model.bodies());
+    let balls: Vec<_> = of_balls
+        .filter(|(_, body)| body.joint.kind == JointKind::Spherical)
+        .map(|(id, _)| id)
+        .collect();
     let held = |simulation: &mut Simulation| -> anyhow::Result<f64> {
         let sums = simulation.mechanics()?;
         Ok(sums.kinetic_energy + sums.potential_energy + simulation.stored()?.rotors)
@@ -113,6 +121,14 @@ pub(super) fn moved(
             Motor::position(-0.4, 500.0, 1.0).limited(0.5),
         ] {
             simulation.set_motor(driven[random.below(driven.len())], motor)?;
+        }
+        for motor in [
+            SphericalMotor::velocity(random.direction(), 0.5),
+            SphericalMotor::orientation(random.rotation(), 5.0, 0.5).limited(0.5),
+        ] {
+            if !balls.is_empty() {
+                simulation.set_spherical_motor(balls[random.below(balls.len())], motor)?;
+            }
         }
         simulation.steps(STEP, STEPS)?;
     }

@@ -24,6 +24,9 @@ pub(super) struct Ball {
     slip: f64,
     pub(super) motor: SphericalMotor,
     pub(super) effort: f64,
+    /// About the inertia that it moves.
+    #[cfg(feature = "gpu")]
+    pub(super) moved: f64,
     rubs: Round,
     drives: Round,
     pub(super) bounds: Vec<Bound>,
@@ -215,6 +218,8 @@ impl Ball {
             slip: SLIP * rate,
             motor: SphericalMotor::OFF,
             effort: limits.effort.unwrap_or(f64::INFINITY),
+            #[cfg(feature = "gpu")]
+            moved,
             rubs: Round::new(moved),
             drives: Round::new(moved),
             bounds: bounded.into_iter().flatten().map(bound).collect(),

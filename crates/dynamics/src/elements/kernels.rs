@@ -1,12 +1,14 @@
 //! Elements as numbers for kernels, in the model's units; `shaders/wgsl/dca/loads.wgsl` reads them.
 
 use super::Elements;
-use super::ball::Ball;
+use super::ball::{Ball, Coordinate};
 use super::freedom::Freedom;
-use crate::Error;
 use crate::link::Scales;
 use vertebra_assembly::{Model, Stop};
-use vertebra_shaders::dca::WORKS;
+use vertebra_shaders::dca::{BALL_ROWS, ELEMENT_ROWS, WORKS};
+
+/// Rows of a body.
+pub(crate) type Rows = [[f64; 4]; ELEMENT_ROWS + BALL_ROWS];
 
 /// Stands for a bound where there is none, in any precision.
 const BOUNDLESS: f64 = 1e37;
@@ -14,6 +16,11 @@ const BOUNDLESS: f64 = 1e37;
 /// Kinds of stops.
 const SOFT: f64 = 1.0;
 const HARD: f64 = 2.0;
+
+/// What of a spherical joint has ranges.
+const CONE: f64 = 1.0;
+const CONE_AND_TWIST: f64 = 2.0;
+const WHOLE: f64 = 3.0;
 
 /// Factors from SI to the model's units for a joint's coordinate, and for forces a displacement and a rate.
 struct Factors {
@@ -39,11 +46,12 @@ impl Factors {
 }
 
 impl Elements {
-    /// Of each body three rows: spring, rest, damper, rotor; friction, range, inertia that is moved, or the rest
-    /// of a spherical joint; the stop.
-    pub(crate) fn rows(&self, scales: &Scales) -> Vec<[[f64; 4]; 3]> {
+    /// Of each body: spring, rest, damper, rotor; friction, range, inertia that is moved; the stop. Of a spherical joint
+    /// friction takes the place of the rest, which is a row of its own, and two more rows have cone and twist.
+    pub(crate) fn rows(&self, scales: &Scales) -> Vec<Rows> {
         // Of spherical joints without elements rests have to be rotations.
-        let none = [[0.0; 4], [0.0, 0.0, 0.0, 1.0], [0.0; 4]];
+        let mut none = Rows::default();
+        none[1][3] = 1.0;
         let mut rows = vec![none; self.model.bodies().len()];
         for freedom in &self.freedoms {
             let factors = Factors::new(&self.model, scales, freedom.dof);
@@ -73,31 +81,33 @@ impl Elements {
                 numbers[k * count + place] = number;
             }
         }
+        for ball in self.busy_balls() {
+            let factors = Factors::new(&self.model, scales, ball.dof);
+            for (k, of_kind) in ball.motor_numbers(&factors).into_iter().enumerate() {
+                for (&place, number) in places[ball.dof..].iter().zip(of_kind) {
+                    numbers[k * count + place as usize] = number;
+                }
+            }
+        }
     }
 
-    /// Refuses what kernels do not compute of spherical joints.
-    pub(crate) fn check_spherical(&self) -> Result<(), Error> {
-        let mut balls = self.busy_balls();
-        match balls
-            .find(|ball| ball.friction > 0.0 || !ball.bounds.is_empty() || !ball.motor.is_off())
-        {
-            None => Ok(()),
-            Some(ball) => Err(Error::SphericalElementUnavailable {
-                body: self.name(ball.body),
-            }),
-        }
+    /// Whether a spherical joint has more than what acts in all directions alike without bounds.
+    pub(crate) fn has_ball_laws(&self) -> bool {
+        self.busy_balls()
+            .any(|ball| ball.friction > 0.0 || !ball.bounds.is_empty() || !ball.motor.is_off())
     }
 
     /// Whether some law may be on a bound, so that a step may take several solutions.
     pub(crate) fn is_bounded(&self) -> bool {
-        let active = self
-            .active
-            .iter()
-            .map(|&index| &self.freedoms[index as usize]);
-        active.clone().any(|freedom| {
+        let of_freedoms = self.busy().any(|freedom| {
             let limited = freedom.motor.limit.min(freedom.effort) < f64::INFINITY;
             freedom.friction > 0.0 || freedom.ends.is_some() || (limited && !freedom.motor.is_off())
-        })
+        });
+        let of_balls = self.busy_balls().any(|ball| {
+            let limited = ball.motor.limit.min(ball.effort) < f64::INFINITY;
+            ball.friction > 0.0 || !ball.bounds.is_empty() || (limited && !ball.motor.is_off())
+        });
+        of_freedoms || of_balls
     }
 
     /// Adds what sums of work by freedoms, one kind after the other in the model's units, have become more than
@@ -116,19 +126,23 @@ impl Elements {
     }
 }
 
+/// What a stop does, if there is one, and which kind it is.
+fn stop_row(stop: Option<Stop>, factors: &Factors) -> [f64; 4] {
+    match stop {
+        None => [0.0; 4],
+        Some(Stop::Soft { stiffness, damping }) => [
+            stiffness * factors.stiffness,
+            damping * factors.damping,
+            SOFT,
+            0.0,
+        ],
+        Some(Stop::Hard { restitution }) => [restitution, 0.0, HARD, 0.0],
+    }
+}
+
 impl Freedom {
-    fn rows(&self, factors: &Factors) -> [[f64; 4]; 3] {
+    fn rows(&self, factors: &Factors) -> Rows {
         let [lower, upper] = self.ends.map_or([0.0; 2], |ends| ends.range);
-        let stop = match self.ends.map(|ends| ends.stop) {
-            None => [0.0; 4],
-            Some(Stop::Soft { stiffness, damping }) => [
-                stiffness * factors.stiffness,
-                damping * factors.damping,
-                SOFT,
-                0.0,
-            ],
-            Some(Stop::Hard { restitution }) => [restitution, 0.0, HARD, 0.0],
-        };
         let bounded = |x: f64| (x * factors.position).clamp(-BOUNDLESS, BOUNDLESS);
         [
             [
@@ -143,7 +157,9 @@ impl Freedom {
                 bounded(upper),
                 self.ends.map_or(0.0, |ends| ends.moved) * factors.inertia,
             ],
-            stop,
+            stop_row(self.ends.map(|ends| ends.stop), factors),
+            [0.0; 4],
+            [0.0; 4],
         ]
     }
 
@@ -161,16 +177,49 @@ impl Freedom {
 }
 
 impl Ball {
-    fn rows(&self, factors: &Factors) -> [[f64; 4]; 3] {
-        [
+    fn rows(&self, factors: &Factors) -> Rows {
+        let bounded = |x: f64| x.clamp(-BOUNDLESS, BOUNDLESS);
+        let mut rows = [
             [
                 self.stiffness * factors.stiffness,
-                0.0,
+                self.friction * factors.force,
                 self.damping * factors.damping,
                 self.armature * factors.inertia,
             ],
             self.rest.to_glam().to_array(),
+            stop_row(self.bounds.first().map(|bound| bound.ends.stop), factors),
             [0.0; 4],
+            [0.0, 0.0, self.moved * factors.inertia, 0.0],
+        ];
+        for bound in &self.bounds {
+            let [lower, upper] = bound.ends.range.map(bounded);
+            let [_, _, _, cone, twist] = &mut rows;
+            match bound.coordinate {
+                Coordinate::Turn => (cone[3], twist[3]) = (upper, WHOLE),
+                Coordinate::Swing(axis) => {
+                    let [x, y, z] = axis.to_array();
+                    *cone = [x, y, z, upper];
+                    twist[3] = CONE;
+                }
+                Coordinate::Twist(_) => {
+                    (twist[0], twist[1], twist[3]) = (lower, upper, CONE_AND_TWIST);
+                }
+            }
+        }
+        rows
+    }
+
+    fn motor_numbers(&self, factors: &Factors) -> [[f64; 3]; 5] {
+        let motor = &self.motor;
+        let push = (motor.torque + motor.rate * motor.damping) * factors.force;
+        let [x, y, z, w] = motor.orientation.normalize().to_array();
+        let limit = motor.limit.min(self.effort) * factors.force;
+        [
+            push.to_array(),
+            [x, y, z],
+            [w, motor.stiffness * factors.stiffness, 0.0],
+            [motor.damping * factors.damping, 0.0, 0.0],
+            [limit.min(BOUNDLESS), 0.0, 0.0],
         ]
     }
 }

@@ -40,6 +40,8 @@ mod motor;
 mod round;
 mod stop;
 
+#[cfg(feature = "gpu")]
+pub(crate) use kernels::Rows;
 pub use motor::{Motor, SphericalMotor};
 
 use crate::{Error, Forces, Integrator, Solver};
@@ -286,6 +288,11 @@ impl Elements {
         self.begin(state, h, f64::EPSILON);
         self.gather(state, forces, h, f64::EPSILON);
         Ok(&self.loaded)
+    }
+
+    /// The forces and inertias of the last solution.
+    pub(crate) const fn loaded(&self) -> &Forces {
+        &self.loaded
     }
 
     /// Work done by the elements in the steps taken so far; of loops [`Simulation`](crate::Simulation::work) knows.

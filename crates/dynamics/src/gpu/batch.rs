@@ -10,7 +10,7 @@ mod tree;
 
 pub use choice::{BatchChoice, BatchOptions};
 
-use crate::{Algorithm, Error, Forces, Motor, Precision, loops};
+use crate::{Algorithm, Error, Forces, Motor, Precision, SphericalMotor, loops};
 use engine::{Engine, Failure, Fixed, Why};
 use forest::Forest;
 use vertebra_assembly::{BodyId, Model, State};
@@ -231,6 +231,26 @@ impl Batch {
     /// [`Error::BadMotor`]; [`Error::ElementUnavailable`] by the articulated-body algorithm. The motor is then as
     /// it was. [`Error::Gpu`].
     pub fn set_motor(&mut self, item: usize, body: BodyId, motor: Motor) -> Result<(), Error> {
+        let (forest, fixed) = self.driven(item, body)?;
+        forest.set_motor(fixed, (item, body), motor)
+    }
+
+    /// Sets the motor of a spherical joint in one item, as [`set_motor`](Self::set_motor) does of others.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn set_spherical_motor(
+        &mut self,
+        item: usize,
+        body: BodyId,
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        let (forest, fixed) = self.driven(item, body)?;
+        forest.set_spherical_motor(fixed, (item, body), motor)
+    }
+
+    /// What computes motors, if there is that body of that item.
+    fn driven(&mut self, item: usize, body: BodyId) -> Result<(&mut Forest, &Fixed), Error> {
         let fixed = &self.fixed;
         if item >= fixed.items {
             return Err(Error::ItemCount {
@@ -245,7 +265,7 @@ impl Batch {
             });
         };
         match &mut self.engine {
-            AnyEngine::Forest(forest) => forest.set_motor(fixed, (item, body), motor),
+            AnyEngine::Forest(forest) => Ok((forest, fixed)),
             _ => Err(super::element_unavailable(&known.name)),
         }
     }

@@ -26,7 +26,7 @@ impl Simulation {
     /// Sets the motor of a spherical joint, as [`set_motor`](Self::set_motor) does of others.
     ///
     /// # Errors
-    /// As [`set_motor`](Self::set_motor)'s; on a GPU `Error::SphericalElementUnavailable` of every motor that is not off.
+    /// As [`set_motor`](Self::set_motor)'s.
     pub fn set_spherical_motor(
         &mut self,
         body: BodyId,

@@ -73,6 +73,10 @@ impl Host {
             return Ok(());
         }
         self.next.clone_from(state);
+        let forces = match busy(&mut self.elements) {
+            Some(elements) => elements.load(state, forces, 0.0)?,
+            None => forces,
+        };
         self.solver.forward_dynamics(model, state, forces)?;
         self.solver.close(model, &mut self.next, forces)?;
         core::mem::swap(state, &mut self.next);
@@ -207,6 +211,8 @@ impl Host {
             Integrator::RungeKutta4 | Integrator::ImplicitMidpoint => 0.0,
         };
         let before = self.energy(model);
+        // New factors have the inertia of the freedoms' own that those of the step have.
+        let forces = busy(&mut self.elements).map_or(forces, |elements| elements.loaded());
         self.solver.close(model, &mut self.next, forces)?;
         Ok(in_step + self.energy(model) - before)
     }

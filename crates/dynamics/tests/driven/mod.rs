@@ -3,9 +3,10 @@
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
 use vertebra_assembly::{
-    BodyId, Joint, MassProperties, Model, ModelDescription, Random, Spring, State, Stop,
+    BallRange, BodyId, Joint, JointKind, MassProperties, Model, ModelDescription, Random, Spring,
+    State, Stop,
 };
-use vertebra_dynamics::{Motor, Simulation, Work};
+use vertebra_dynamics::{Motor, Simulation, SphericalMotor, Work};
 use vertebra_spatial::Pose;
 
 /// A chain whose joints are of every kind, with every element there is.
@@ -31,7 +32,7 @@ pub(crate) fn chain(count: usize, seed: u64) -> Model {
     for index in 1..count {
         let axis = random.direction();
         let joint = match index % 5 {
-            0 => Joint::spherical()
+            0 => ball(index, &mut random)
                 .with_spring(Spring::turned(5.0 * random.unit(), random.rotation())),
             1 => Joint::screw(axis, 0.3 * random.symmetric()).with_friction(0.2),
             2 => Joint::prismatic(axis)
@@ -51,6 +52,7 @@ pub(crate) fn chain(count: usize, seed: u64) -> Model {
                 let stop = stops[random.below(3)];
                 joint.with_range(-4e-3, 5e-3).with_stop(stop)
             }
+            0 => joint.with_stop(stops[index / 5 % 3]),
             _ => joint,
         };
         let at = Pose::new(random.rotation(), random.direction() * 0.5);
@@ -61,7 +63,18 @@ pub(crate) fn chain(count: usize, seed: u64) -> Model {
     description.build().unwrap()
 }
 
-/// A motor of each kind on bodies with one freedom.
+/// A spherical joint that rubs and has a range of each kind in turn.
+fn ball(index: usize, random: &mut Random) -> Joint {
+    let axis = random.direction();
+    let range = match index / 5 % 3 {
+        0 => BallRange::turn(0.01),
+        1 => BallRange::cone_and_twist(axis, 0.01, -4e-3, 5e-3),
+        _ => BallRange::cone(axis, 0.01),
+    };
+    Joint::spherical().with_ball_range(range).with_friction(0.3)
+}
+
+/// A motor of each kind on bodies with one freedom, and on spherical joints, if there are any.
 pub(crate) fn drive(simulation: &mut Simulation, model: &Model, seed: u64) {
     let mut random = Random::new(seed);
     let driven: Vec<BodyId> = (model.body_ids().zip(model.bodies()))
@@ -76,6 +89,20 @@ pub(crate) fn drive(simulation: &mut Simulation, model: &Model, seed: u64) {
     ] {
         let body = driven[random.below(driven.len())];
         simulation.set_motor(body, motor).unwrap();
+    }
+    let balls: Vec<BodyId> = (model.body_ids().zip(model.bodies()))
+        .filter(|(_, body)| body.joint.kind == JointKind::Spherical)
+        .map(|(id, _)| id)
+        .collect();
+    for motor in [
+        SphericalMotor::velocity(random.direction(), 2.0),
+        SphericalMotor::orientation(random.rotation(), 5.0, 0.5).limited(0.5),
+        SphericalMotor::torque(random.direction() * 0.3),
+    ] {
+        if !balls.is_empty() {
+            let body = balls[random.below(balls.len())];
+            simulation.set_spherical_motor(body, motor).unwrap();
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::engine::{Failure, Fixed, Ran, Why};
 use crate::gpu::dca::{Options, PoseBuffer, Simulation};
-use crate::{Error, Forces, Integrator, Motor, Precision, loops};
+use crate::{Error, Forces, Integrator, Motor, Precision, SphericalMotor, loops};
 use vertebra_assembly::{
     BodyDescription, BodyId, CouplingDescription, LoopDescription, Model, ModelDescription, State,
 };
@@ -40,9 +40,6 @@ impl Forest {
                 name: of_item(&name).map_or(name.clone(), |(one, _)| one.to_owned()),
                 rows,
                 fit,
-            },
-            Error::SphericalElementUnavailable { body } => Error::SphericalElementUnavailable {
-                body: of_item(&body).map_or(body.clone(), |(one, _)| one.to_owned()),
             },
             Error::ModelTooLarge {
                 fit,
@@ -106,6 +103,17 @@ impl Forest {
         let first = item * fixed.model.bodies().len();
         self.simulation
             .set_motor(BodyId(small(first + body.index())), motor)
+    }
+
+    pub(super) fn set_spherical_motor(
+        &mut self,
+        fixed: &Fixed,
+        (item, body): (usize, BodyId),
+        motor: SphericalMotor,
+    ) -> Result<(), Error> {
+        let first = item * fixed.model.bodies().len();
+        self.simulation
+            .set_spherical_motor(BodyId(small(first + body.index())), motor)
     }
 
     pub(super) fn solve(&mut self, fixed: &Fixed) -> Result<Option<f64>, Error> {

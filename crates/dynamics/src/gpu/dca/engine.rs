@@ -2,13 +2,14 @@
 
 use super::layers::Layered;
 use super::scalar::Scalar;
-use super::tables::{Tables, small};
+use super::tables::{Balls, Tables, small};
 use crate::gpu::Explicit;
 use bytemuck::Pod;
 use vertebra_gpu::{
     AnySlot, Buffer, Device, Error, Kernel, Output, Pending, Program, Recording, Shared, Slot,
     Timing, workgroups,
 };
+use vertebra_shaders::dca::balls;
 use vertebra_shaders::dca::loops::{Closing, HALF_TURNING, STARTS};
 use vertebra_shaders::dca::{Advance, Commit, Dca, Layer, Sizes, Way};
 
@@ -132,6 +133,7 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
                 leaves: tables.sizes.leaves > 0,
                 several: tables.several,
                 elements: tables.elements,
+                balls: tables.balls.is_some(),
                 screws: tables.screws,
                 loops: tables.loops.is_some(),
                 refined: tables.sweeps > 0,
@@ -343,6 +345,10 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                         self.solve(Advance::Euler, 0, attempt);
                     }
                     self.close(Closing::Positions, 0, first);
+                    // Closing has changed the rates.
+                    if self.tables.loops.is_some() {
+                        self.balls(balls::ACCOUNTS, first);
+                    }
                     self.turn_parts(Commit::Step);
                 }
                 Explicit::RungeKutta4 => {
@@ -350,6 +356,7 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
                         self.solve(Advance::RungeKutta, stage, 0);
                         let commit = if stage == 3 {
                             self.close(Closing::Positions, 0, 0);
+                            self.balls(balls::ACCOUNTS, 0);
                             Commit::Step
                         } else {
                             Commit::Keep
@@ -382,8 +389,35 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
         self.chunks(&self.dca.place_chunks(), layer, Self::motion);
     }
 
-    /// Accelerations, loops kept, and what comes of them.
+    /// Accelerations under what acts, and what comes of them.
     fn solve(&mut self, advance: Advance, stage: u32, attempt: u32) {
+        // After the first attempt that is done with what it asks for.
+        if attempt < 2 {
+            self.balls(balls::LOADS, attempt);
+        }
+        self.solve_closed(advance, stage, attempt);
+        if attempt > 0 {
+            self.balls(balls::FOLLOWS | balls::ACCOUNTS | balls::LOADS, attempt);
+        }
+    }
+
+    /// What acts in spherical joints by itself, if any does; `ways` has bits of [`balls`].
+    fn balls(&mut self, ways: u32, attempt: u32) {
+        let Some(Balls { starts, count }) = self.tables.balls else {
+            return;
+        };
+        let layer = Layer {
+            count,
+            starts,
+            ways,
+            attempt,
+            ..Layer::default()
+        };
+        self.chunks(&self.dca.load_balls(), layer, Self::acting);
+    }
+
+    /// Accelerations, loops kept, and what comes of them.
+    fn solve_closed(&mut self, advance: Advance, stage: u32, attempt: u32) {
         if self.tables.loops.is_none() {
             return self.solve_tree(advance, stage, attempt);
         }
@@ -514,21 +548,31 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
     }
 
     fn motion(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
-        let s = self.slots;
-        vec![
-            s.sizes.any(),
-            layer.any(),
-            s.words.any(),
-            s.links.any(),
-            s.state.any(),
-            s.scratch.any(),
-            s.control.any(),
-            s.status.any(),
-            s.poses.any(),
-        ]
+        let mut buffers = self.common(layer);
+        buffers.push(self.slots.poses.any());
+        buffers
+    }
+
+    fn acting(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
+        let mut buffers = self.common(layer);
+        buffers.push(self.slots.forces.any());
+        buffers
     }
 
     fn dynamics(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
+        let mut buffers = self.acting(layer);
+        buffers.push(self.slots.nodes.any());
+        buffers
+    }
+
+    fn looped(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
+        let mut buffers = self.acting(layer);
+        buffers.extend(self.slots.loops.map(|slot| slot.any()));
+        buffers
+    }
+
+    /// What all kernels have.
+    fn common(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
         let s = self.slots;
         vec![
             s.sizes.any(),
@@ -539,26 +583,7 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             s.scratch.any(),
             s.control.any(),
             s.status.any(),
-            s.forces.any(),
-            s.nodes.any(),
         ]
-    }
-
-    fn looped(&self, layer: Slot<Layer>) -> Vec<AnySlot> {
-        let s = self.slots;
-        let all = [
-            Some(s.sizes.any()),
-            Some(layer.any()),
-            Some(s.words.any()),
-            Some(s.links.any()),
-            Some(s.state.any()),
-            Some(s.scratch.any()),
-            Some(s.control.any()),
-            Some(s.status.any()),
-            Some(s.forces.any()),
-            s.loops.map(|slot| slot.any()),
-        ];
-        all.into_iter().flatten().collect()
     }
 }
 

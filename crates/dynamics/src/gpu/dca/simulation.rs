@@ -88,22 +88,21 @@ impl Simulation {
     /// [`Error::PrecisionUnavailable`] where the adapter lacks f64 or the reference precision is
     /// asked for; [`Error::IntegratorUnavailable`]; [`Error::TreePrecision`]; [`Error::Sweeps`];
     /// [`Error::Model`] for a bad schedule; [`Error::ModelTooLarge`] with the limit and how many bodies
-    /// fit; [`Error::SphericalElementUnavailable`], [`Error::TooManyLoops`]; [`Error::Gpu`].
+    /// fit; [`Error::TooManyLoops`]; [`Error::Gpu`].
     pub fn on(device: &Device, model: &Model, options: &Options) -> Result<Self, Error> {
         let elements = model.first_element().map(|_| Elements::new(model).into());
-        Self::with_elements(device, model, options, elements)
+        Self::with_elements(device, model, options, elements, false)
     }
 
-    /// The same with what acts in the joints.
+    /// The same with what acts in the joints; `has_balls` if spherical ones are given more than is alike in all
+    /// directions.
     fn with_elements(
         device: &Device,
         model: &Model,
         options: &Options,
         elements: Option<Box<Elements>>,
+        has_balls: bool,
     ) -> Result<Self, Error> {
-        if let Some(elements) = &elements {
-            elements.check_spherical()?;
-        }
         let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
@@ -114,7 +113,9 @@ impl Simulation {
         let plan = Plan::new(model, schedule, &weights);
         let scales = Scales::of_model(model);
         let rows = elements.as_ref().map(|elements| elements.rows(&scales));
-        let mut tables = Tables::new(model, &plan, options.sweeps, rows.as_deref());
+        let of_elements = elements.as_ref().is_some_and(|own| own.has_ball_laws());
+        let has_balls = has_balls || of_elements;
+        let mut tables = Tables::new(model, &plan, options.sweeps, rows.as_deref(), has_balls);
         tables.loops = LoopTables::add_to(&mut tables, model)?;
         let engines = match (chunks, tree) {
             (Precision::F32, _) => Engines::F32(engine(device, &tables)?),
@@ -222,15 +223,14 @@ impl Simulation {
     /// [`Error`] if they do not fit the model; then the old ones are kept. [`Error::Gpu`].
     pub fn set_forces(&mut self, forces: &Forces) -> Result<(), Error> {
         forces.check(&self.model)?;
-        let mut across = forces.inertias_across().iter();
-        if let Some(dof) = across.position(|&own| own != 0.0) {
-            return Err(Error::SphericalElementUnavailable {
-                body: crate::forces::body_of_dof(&self.model, dof),
-            });
-        }
-        let has_own = forces.joint_inertia.iter().any(|&own| own != 0.0);
-        if self.elements.is_none() && has_own {
-            self.take_elements(Elements::new(&self.model).into())?;
+        let is_given = |inertias: &[f64]| inertias.iter().any(|&own| own != 0.0);
+        let has_across = is_given(forces.inertias_across());
+        let lacks_balls = has_across && self.tables.balls.is_none();
+        if lacks_balls || (self.elements.is_none() && is_given(&forces.joint_inertia)) {
+            self.collect_work()?;
+            let elements = self.elements.clone();
+            let elements = elements.unwrap_or_else(|| Elements::new(&self.model).into());
+            self.take_elements(elements, has_across)?;
         }
         let mut control = vec![0; self.control.len()];
         let pushes = self.transfer().pushes(forces, &mut control);

@@ -9,10 +9,14 @@ use super::layers::{Item, Layered, Rounds, Width};
 use super::loops::LoopTables;
 use super::order::{Joins, Order, Rakes, Seams};
 use crate::dca::plan::{Inboard, Outboard, Part, Plan, Raked};
+use crate::elements::Rows;
 use crate::link::Kind;
 use glam::DQuat;
 use vertebra_assembly::Model;
-use vertebra_shaders::dca::{DRIVEN_NUMBERS, Sizes, TEAM, TURN_LANES, WORK_LANES, WORKS};
+use vertebra_shaders::dca::{
+    BALL_FOURS, BALL_NUMBERS, BALL_ROWS, DRIVEN_NUMBERS, ELEMENT_ROWS, Sizes, TEAM, TURN_LANES,
+    WORK_LANES, WORKS,
+};
 use vertebra_spatial::Mat3;
 
 /// No number.
@@ -44,6 +48,8 @@ pub(super) struct Tables {
     pub(super) several: bool,
     pub(super) elements: bool,
     pub(super) screws: bool,
+    /// Spherical joints, where some have ranges, friction or motors: whose slots start at a word.
+    pub(super) balls: Option<Balls>,
     /// Corrections of each solution.
     pub(super) sweeps: usize,
     /// Chunks of the first round.
@@ -65,12 +71,20 @@ pub(super) struct Tables {
     pub(super) loops: Option<LoopTables>,
 }
 
+/// A table of slots of spherical joints.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Balls {
+    pub(super) starts: u32,
+    pub(super) count: u32,
+}
+
 impl Tables {
     pub(super) fn new(
         model: &Model,
         plan: &Plan<f64>,
         sweeps: usize,
-        elements: Option<&[[[f64; 4]; 3]]>,
+        elements: Option<&[Rows]>,
+        has_balls: bool,
     ) -> Self {
         let order = Order::new(plan);
         let rakes = Rakes::new(plan, &order);
@@ -81,6 +95,7 @@ impl Tables {
             several: plan.links.iter().any(|link| link.kind.dof_count() > 1),
             elements: elements.is_some(),
             screws: plan.links.iter().any(|link| link.kind == Kind::Screw),
+            balls: None,
             sweeps,
             leading: small(plan.schedule.chunks_in(0).len()),
             work: Vec::new(),
@@ -105,6 +120,9 @@ impl Tables {
             .map(|&old| order.new_slots[old as usize])
             .collect();
         tables.put_slots(model, plan, &order, &rakes);
+        if has_balls {
+            tables.balls = Some(tables.put_balls(plan, &order));
+        }
         tables.put_elements(plan, &order, elements);
         tables.places = vec![0; tables.dofs.len()];
         for (place, &dof) in (0..).zip(&tables.dofs) {
@@ -131,6 +149,7 @@ impl Tables {
             pushes: small(JOINT_FORCES + tables.driven_numbers() * tables.dofs.len()),
             ..tables.sizes
         };
+        tables.sizes.balls = small(tables.scratch_len()) - tables.ball_fours();
         let mut rounds = rounds(plan, &order, &rakes);
         let work = Width {
             lanes: WORK_LANES as usize,
@@ -230,17 +249,25 @@ impl Tables {
         self.links = columns.concat();
     }
 
-    /// Rows of what acts in joints, and pitches at the end of the last.
-    fn put_elements(
-        &mut self,
-        plan: &Plan<f64>,
-        order: &Order,
-        elements: Option<&[[[f64; 4]; 3]]>,
-    ) {
+    /// Slots of spherical joints.
+    fn put_balls(&mut self, plan: &Plan<f64>, order: &Order) -> Balls {
+        let starts = small(self.words.len());
+        let slots = (0..).zip(&order.old_slots);
+        let balls = slots.filter(|&(_, &old)| plan.links[old].kind == Kind::Spherical);
+        self.words.extend(balls.map(|(slot, _): (u32, _)| slot));
+        Balls {
+            starts,
+            count: small(self.words.len()) - starts,
+        }
+    }
+
+    /// Rows of what acts in joints, and pitches at the end of the third.
+    fn put_elements(&mut self, plan: &Plan<f64>, order: &Order, elements: Option<&[Rows]>) {
         if !(self.elements || self.screws) {
             return;
         }
-        for row in 0..3 {
+        let more = if self.balls.is_some() { BALL_ROWS } else { 0 };
+        for row in 0..ELEMENT_ROWS + more {
             for &old in &order.old_slots {
                 let own = elements.map(|rows| rows[plan.bodies[old] as usize][row]);
                 let mut own = own.unwrap_or_default();
@@ -254,7 +281,19 @@ impl Tables {
 
     /// Numbers of a freedom among the forces.
     pub(super) const fn driven_numbers(&self) -> usize {
-        if self.elements { DRIVEN_NUMBERS } else { 1 }
+        match (self.elements, self.balls) {
+            (false, _) => 1,
+            (true, None) => DRIVEN_NUMBERS,
+            (true, Some(_)) => DRIVEN_NUMBERS + BALL_NUMBERS,
+        }
+    }
+
+    /// Numbers of four that say what acts in spherical joints, which are the last in the scratch memory.
+    const fn ball_fours(&self) -> u32 {
+        match self.balls {
+            Some(_) => BALL_FOURS * self.sizes.dofs,
+            None => 0,
+        }
     }
 
     fn put_chunks(&mut self, plan: &Plan<f64>, order: &Order, rakes: &Rakes, seams: &Seams) {
@@ -343,6 +382,7 @@ impl Tables {
             + of(s.leaves, 32)
             + of(s.rakes, 8)
             + self.kept_len()
+            + self.ball_fours() as usize
     }
 
     /// Numbers of four that corrections keep in it.

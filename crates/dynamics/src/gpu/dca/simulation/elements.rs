@@ -30,22 +30,34 @@ impl Simulation {
         }
         let mut elements = Box::new(Elements::new(&self.model));
         elements.set_motor(body, motor)?;
-        self.take_elements(elements)
+        self.take_elements(elements, false)
     }
 
-    /// Refuses the motor of a spherical joint, which no kernel computes.
+    /// Sets the motor of a spherical joint; the device is given it with the next step.
     ///
     /// # Errors
-    /// [`Error::UnknownBody`], [`Error::NoMotor`], [`Error::BadMotor`]; then [`Error::SphericalElementUnavailable`] of
-    /// every motor that is not off.
+    /// As [`set_motor`](Self::set_motor)'s. The first motor of a model whose spherical joints have no ranges and no
+    /// friction takes kernels and memory of its own.
     pub fn set_spherical_motor(
         &mut self,
         body: BodyId,
         motor: SphericalMotor,
     ) -> Result<(), Error> {
-        let mut elements = Elements::new(&self.model);
+        if self.tables.balls.is_some()
+            && let Some(elements) = &mut self.elements
+        {
+            elements.set_spherical_motor(body, motor)?;
+            self.motors_changed = true;
+            return Ok(());
+        }
+        self.collect_work()?;
+        let elements = self.elements.clone();
+        let mut elements = elements.unwrap_or_else(|| Elements::new(&self.model).into());
         elements.set_spherical_motor(body, motor)?;
-        elements.check_spherical()
+        if elements.has_ball_laws() {
+            return self.take_elements(elements, false);
+        }
+        Ok(())
     }
 
     /// What acts in the joints; none where nothing ever did. [`work`](Self::work) is done on the device, and not
@@ -74,7 +86,9 @@ impl Simulation {
     pub(crate) fn with_options(&mut self, model: &Model, options: &Options) -> Result<Self, Error> {
         self.collect_work()?;
         let device = in_engine!(&self.engines, engine => engine.device().clone());
-        let mut with = Self::with_elements(&device, model, options, self.elements.clone())?;
+        let has_balls = self.tables.balls.is_some();
+        let elements = self.elements.clone();
+        let mut with = Self::with_elements(&device, model, options, elements, has_balls)?;
         with.loop_work = self.loop_work;
         Ok(with)
     }
@@ -101,13 +115,19 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes on with kernels for elements.
-    pub(super) fn take_elements(&mut self, elements: Box<Elements>) -> Result<(), Error> {
+    /// Goes on with kernels for elements, and for what is not alike in all directions of spherical joints if those have
+    /// it or are given it.
+    pub(super) fn take_elements(
+        &mut self,
+        elements: Box<Elements>,
+        has_balls: bool,
+    ) -> Result<(), Error> {
         self.collect_work()?;
         let state = self.state()?;
         let device = in_engine!(&self.engines, engine => engine.device().clone());
         let timing = in_engine!(&self.engines, engine => engine.timing());
-        let mut with = Self::with_elements(&device, &self.model, &self.options, Some(elements))?;
+        let (model, options) = (&self.model, &self.options);
+        let mut with = Self::with_elements(&device, model, options, Some(elements), has_balls)?;
         with.set_state(&state)?;
         with.set_forces(&self.forces)?;
         with.loop_work = self.loop_work;
@@ -148,6 +168,11 @@ impl Simulation {
         let motors = numbers.len();
         numbers.resize(motors + (DRIVEN_NUMBERS - BEFORE_MOTORS) * dofs.len(), 0.0);
         elements.put_motors(&self.scales, &self.tables.places, &mut numbers[motors..]);
+        if self.tables.balls.is_some() {
+            let across = dofs.iter().map(|&dof| dof as usize);
+            let scaled = |dof| forces.inertia_across(dof) * self.scales.inertia(dof);
+            numbers.extend(across.map(scaled));
+        }
     }
 
     /// Gives the device the motors that were set since.
