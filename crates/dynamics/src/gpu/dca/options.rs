@@ -8,7 +8,7 @@ use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
 
 /// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and
-/// beyond these many bodies its joins are memory. Next to heavy bodies accuracy counts.
+/// beyond these many bodies its joins are memory. Next to heavy bodies, and with corrections, accuracy counts.
 const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
 const LONG_CHAIN: usize = 8192;
@@ -24,7 +24,7 @@ pub struct Options {
     /// Precision of the joins, at most that of the chunks; none for f32.
     pub tree: Option<Precision>,
     /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
-    /// 8192 and more or where bodies weigh 16 times those inboard of them.
+    /// 8192 and more, where bodies weigh 16 times those inboard of them, or with corrections.
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
@@ -36,7 +36,7 @@ pub struct Options {
 impl Options {
     /// How the bodies are gathered.
     pub(super) fn gathering(&self, model: &Model, weights: &[f64]) -> ScheduleOptions {
-        let is_short = model.bodies().len() < LONG_CHAIN;
+        let is_short = model.bodies().len() < LONG_CHAIN && self.sweeps == 0;
         // In a chunk of few joints a heavy body is no leaf, and its inertia drowns those of light ones before it.
         let window = if is_short && !has_heavy_end(model, weights) {
             SHORT_WINDOW
