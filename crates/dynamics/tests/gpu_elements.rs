@@ -6,10 +6,13 @@
 mod driven;
 
 use driven::{assert_alike, chain, moved};
+use glam::{DQuat, DVec3};
 use std::sync::OnceLock;
 use vertebra_assembly::generate::{self, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
-use vertebra_assembly::{Model, Random, State, Stop};
+use vertebra_assembly::{
+    BallRange, Joint, MassProperties, Model, ModelDescription, Random, State, Stop,
+};
 use vertebra_dynamics::gpu::{Batch, BatchOptions, Options};
 use vertebra_dynamics::{
     Algorithm, DcaOptions, DcaWorkspace, Elements, Error, Forces, Integrator, Motor, Precision,
@@ -163,6 +166,48 @@ fn steps_with_all_elements() {
         let found = moved(gpu, &state, 1e-3, 20);
         assert_alike(&found, &expected, bound, &format!("{precisions:?}"));
     }
+}
+
+/// Across a hard stop that holds it, a ball keeps the small inertia of its own that it has, all in f32 too.
+#[test]
+fn a_held_ball_keeps_its_own_inertia() {
+    let Some(device) = device() else { return };
+    let limit = 0.01;
+    let mass = MassProperties::sphere(1.0, 0.3);
+    let own = 3e-4 * mass.inertia.x_axis.x;
+    let pushed = |own: f64| {
+        let joint = Joint::spherical()
+            .with_ball_range(BallRange::cone(DVec3::Z, limit))
+            .with_armature(own);
+        let model = ModelDescription::new("held")
+            .gravity(DVec3::ZERO)
+            .body("ball", None, joint, mass)
+            .build()
+            .unwrap();
+        let mut state = State::neutral(&model);
+        state.q = DQuat::from_rotation_x(limit).to_array().to_vec();
+        (model, state)
+    };
+    let spun = |mut simulation: Simulation, state: State| {
+        simulation.set_state(state).unwrap();
+        simulation
+            .forces_mut()
+            .joint
+            .copy_from_slice(&[1.0, 0.0, 0.2]);
+        simulation.steps(1e-3, 20).unwrap();
+        simulation.state().unwrap().qd[2]
+    };
+    let [(model, state), (bare, _)] = [own, 0.0].map(pushed);
+    let expected = spun(Simulation::new(model.clone()).unwrap(), state.clone());
+    let without = spun(Simulation::new(bare).unwrap(), state.clone());
+    let options = options(PRECISIONS[0], 4, 0);
+    let gpu = Simulation::on_gpu(&device, model, &options).unwrap();
+    let found = spun(gpu, state);
+    let (off, effect) = ((found - expected).abs(), (without - expected).abs());
+    assert!(
+        off <= 0.3 * effect,
+        "{found} and {expected}, {without} without"
+    );
 }
 
 /// And with an integrator that takes them as forces; a step with those that jump is refused, and one back.

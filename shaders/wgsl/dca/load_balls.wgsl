@@ -77,9 +77,9 @@ fn put_found(at: u32, found: Found) {
     put(at, vec4<real>(found.share, found.mobility, found.before));
 }
 
-// E = sum of m a a', taking the largest of what is left of its diagonal: so that no entry of an axis is beyond 1. Moments
-// that rounding leaves of none are none.
-fn keep_parted(v: u32, own: Sym3) {
+// E = sum of m a a', taking the largest of what is left of its diagonal: so that no entry of an axis is beyond 1. What is
+// `alike` about all axes is left of each moment; where rounding of a stop's leaves no more, it is the moment.
+fn keep_parted(v: u32, own: Sym3, alike: real) {
     let least: real = 16.0 * EPSILON * sym_trace(own);
     var left: vec3<real> = vec3<real>(1.0, 1.0, 1.0);
     var rest = own;
@@ -102,7 +102,7 @@ fn keep_parted(v: u32, own: Sym3) {
             axis += sym_mul(rest, taken) * left * (1.0 / moment);
             rest = sym_sub(rest, sym_outer(axis, moment));
         } else {
-            moment = 0.0;
+            moment = alike;
         }
         put(ball_row(v, k), vec4<real>(axis, moment));
     }
@@ -120,8 +120,9 @@ fn load_ball(spot: Spot) {
     let inertia = ball_inertia(ball, h);
     var sum = Pushing(
         joint_forces3(v) + ball_force(ball, off_from_rest(ball, q), w, h),
-        Sym3(given + vec3<real>(inertia, inertia, inertia), across.zyx),
+        Sym3(vec3<real>(inertia, inertia, inertia), zero3()),
     );
+    var alike = inertia;
     let row = fetch(ball_row(v, FORCE_ROW));
     var parts = u32(i32(row.w));
     if h == 0.0 {
@@ -145,10 +146,11 @@ fn load_ball(spot: Spot) {
         }
         sum = with_round(sum, laws.drives, motor.share, w, h);
         sum = with_round(sum, laws.rubs, friction.share, w, h);
+        alike = sum.own.diagonal.x;
         sum = with_bound(sum, laws.first, part_at(parts, FIRST_BOUND));
         sum = with_bound(sum, laws.second, part_at(parts, SECOND_BOUND));
     }
-    keep_parted(v, sum.own);
+    keep_parted(v, sym_add(sum.own, Sym3(given, across.zyx)), alike);
     put(ball_row(v, FORCE_ROW), vec4<real>(sum.force, real(parts)));
 }
 

@@ -1,6 +1,6 @@
-//! Every example of the facade runs to its end; those that need a GPU, where one is expected.
+//! Every example of the facade runs to its end; those that need a GPU, where one is expected. Scenes write what they did.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use xshell::{Shell, cmd};
 
 use crate::binary;
@@ -21,6 +21,7 @@ pub(super) fn run(sh: &Shell, workspace: &Workspace) -> Result<Outcome> {
         "cargo build --workspace --all-features --examples --message-format json-render-diagnostics"
     )
     .read()?;
+    let folder = sh.create_temp_dir()?;
     let has_gpu = vulkan::is_expected(sh);
     for (example, features) in examples {
         if features.contains(&"gpu") && !has_gpu {
@@ -29,7 +30,22 @@ pub(super) fn run(sh: &Shell, workspace: &Workspace) -> Result<Outcome> {
         }
         let program = binary::executable(&messages, example)
             .with_context(|| format!("cargo did not say where the example {example} lies"))?;
-        cmd!(sh, "{program}").run()?;
+        // Scenes are those that need the crate of files.
+        let is_scene = features
+            .iter()
+            .any(|&feature| feature == "files" || feature == "pdb");
+        let files: Vec<_> = (["glb", "json"].iter().filter(|_| is_scene))
+            .map(|ending| folder.path().join(format!("{example}.{ending}")))
+            .collect();
+        cmd!(sh, "{program} {files...}").run()?;
+        for file in &files {
+            ensure!(
+                sh.path_exists(file),
+                "{example} wrote no {}",
+                file.display()
+            );
+            sh.remove_path(file)?;
+        }
     }
     Ok(Outcome::Passed)
 }

@@ -137,7 +137,7 @@ impl Bound {
     fn begin(&mut self, now: &Turned) {
         let (moment, gradient) = self.moment(now);
         self.gradient = gradient;
-        self.taken.begin(self.ends.law(&moment));
+        self.taken.begin(self.ends.law(&moment), now.h);
     }
 
     /// The force as it is now.

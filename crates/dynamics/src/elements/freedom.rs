@@ -89,7 +89,7 @@ impl Freedom {
 
     /// Takes the laws of a step.
     pub(super) fn begin(&mut self, now: &Moment) {
-        self.stops.begin(self.stop_law(now));
+        self.stops.begin(self.stop_law(now), now.h);
         self.laws = [self.motor_law(now), self.friction_law()];
         // A motor that was limited may be so no more.
         if self.laws[0].most == f64::INFINITY {

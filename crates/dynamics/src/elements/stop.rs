@@ -95,13 +95,17 @@ impl Taken {
         open: Part::Slope,
     };
 
-    /// Takes the law of a step. A stop that held goes on holding, unless the other bound is the nearer one now.
-    pub(super) fn begin(&mut self, (law, open): (Law, Part)) {
+    /// Takes the law of a step of h, or of no step: questions between steps leave the part as it is. A stop that held goes on
+    /// holding, unless the other bound is the nearer one now.
+    pub(super) fn begin(&mut self, (law, open): (Law, Part), h: f64) {
+        self.law = law;
+        if h == 0.0 {
+            return;
+        }
         if self.part != Part::Slope || self.open != open {
             self.part = open;
         }
         self.open = open;
-        self.law = law;
     }
 
     /// Takes the part that a rate at the end of the step asks for; whether it is another.

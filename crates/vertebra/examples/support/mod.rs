@@ -1,7 +1,7 @@
 //! What the scenes share: how long they run, and a file of what they did.
 //!
-//! `cargo run --release --example rope -- 5 rope.glb` runs for 5 s and writes an animation; with `.json`
-//! the poses as a table. Without arguments a scene takes its first few steps only.
+//! `cargo run --release --example rope -- 5 rope.glb rope.json` runs for 5 s and writes an animation, and the poses as a
+//! table. Without a time a scene takes its first few steps only.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ pub(crate) struct Scene {
     steps: usize,
     /// Steps between two frames.
     stride: usize,
-    file: Option<PathBuf>,
+    files: Vec<PathBuf>,
     recording: Recording,
 }
 
@@ -28,26 +28,30 @@ impl Scene {
         [step, frame]: [f64; 2],
         few: usize,
     ) -> Result<Self, Box<dyn Error>> {
-        let mut arguments = std::env::args().skip(1);
+        let mut arguments = std::env::args().skip(1).peekable();
         let count = |time: f64| {
             (1..)
                 .take_while(|&n| f64::from(n) * step < time + 0.5 * step)
                 .count()
         };
-        let steps = match arguments.next() {
-            Some(seconds) => count(seconds.parse()?),
+        let seconds = arguments.peek().and_then(|argument| argument.parse().ok());
+        let steps = match seconds {
+            Some(seconds) => {
+                arguments.next();
+                count(seconds)
+            }
             None => few,
         };
         Ok(Self {
             step,
             steps,
             stride: count(frame).max(1),
-            file: arguments.next().map(PathBuf::from),
+            files: arguments.map(PathBuf::from).collect(),
             recording: Recording::new(model, parts),
         })
     }
 
-    /// Steps the simulation, after `act` has set what acts in each step; writes the file if one is
+    /// Steps the simulation, after `act` has set what acts in each step; writes the files that are
     /// asked for.
     pub(crate) fn run(
         mut self,
@@ -55,7 +59,7 @@ impl Scene {
         mut act: impl FnMut(&mut Simulation) -> Result<(), Box<dyn Error>>,
     ) -> Result<(), Box<dyn Error>> {
         for step in 0..=self.steps {
-            if self.file.is_some() && step % self.stride == 0 {
+            if !self.files.is_empty() && step % self.stride == 0 {
                 let time = simulation.time();
                 self.recording.push(time, simulation.poses()?)?;
             }
@@ -64,8 +68,8 @@ impl Scene {
                 simulation.step(self.step)?;
             }
         }
-        if let Some(file) = self.file {
-            self.recording.save(&file)?;
+        for file in &self.files {
+            self.recording.save(file)?;
         }
         Ok(())
     }
