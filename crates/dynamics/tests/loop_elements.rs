@@ -3,7 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "a failed step of a test fails it")]
 
 use vertebra_assembly::{JointKind, Random, Spring, mechanism};
-use vertebra_dynamics::{Algorithm, Integrator, Motor, Simulation, SolverOptions};
+use vertebra_dynamics::{
+    Algorithm, Integrator, Motor, Precision, Simulation, SolverOptions, Workspace, crba,
+};
 
 /// Bodies that carry mass.
 const BODIES: usize = 9;
@@ -30,6 +32,53 @@ fn simulation(seed: u64, options: &SolverOptions) -> Simulation {
         }
     }
     simulation
+}
+
+/// Rates are closed by the least change in the metric of all inertia, that of rotors included: what is taken away has no part along
+/// any rates that loops allow.
+#[test]
+fn loops_are_closed_with_the_inertia_of_rotors() {
+    let mut rotors_matter = false;
+    for seed in 0..18 {
+        for options in methods() {
+            let mut simulation = simulation(seed, &options);
+            let model = simulation.model().clone();
+            let state = simulation.state().unwrap().clone();
+            let mut random = Random::new(seed);
+            let mut closed = || {
+                let mut open = state.clone();
+                open.qd.fill_with(|| random.symmetric());
+                simulation.set_state(open.clone()).unwrap();
+                simulation.close_loops().unwrap();
+                let closed = simulation.state().unwrap();
+                let taken: Vec<f64> = open.qd.iter().zip(&closed.qd).map(|(a, b)| a - b).collect();
+                (closed.qd.clone(), taken)
+            };
+            let (allowed, (_, taken)) = (closed().0, closed());
+            let mut workspace = Workspace::new(&model, Precision::F64);
+            let mass = crba(&model, &state, &mut workspace).unwrap();
+            let product = |a: &[f64], b: &[f64]| -> [f64; 2] {
+                let (mut bodies, mut rotors) = (0.0, 0.0);
+                for i in 0..a.len() {
+                    for j in 0..b.len() {
+                        bodies += a[i] * mass[(i, j)] * b[j];
+                    }
+                }
+                for body in model.bodies() {
+                    for i in body.dof_range() {
+                        rotors += a[i] * body.joint.armature * b[i];
+                    }
+                }
+                [bodies, rotors]
+            };
+            let sum = |a: &[f64], b: &[f64]| product(a, b).iter().sum::<f64>();
+            let size = (sum(&allowed, &allowed) * sum(&taken, &taken)).sqrt();
+            let off = sum(&allowed, &taken).abs() / size;
+            assert!(off <= 1e-6, "seed {seed} {options:?}: {off:e}");
+            rotors_matter |= product(&allowed, &taken)[1].abs() > 1e-3 * size;
+        }
+    }
+    assert!(rotors_matter);
 }
 
 /// What would be constant but for the work of elements other than springs, whose work is what they store, to first order.

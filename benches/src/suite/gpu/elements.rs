@@ -3,13 +3,14 @@
 
 use super::dynamics::{options, precisions};
 use super::is_software;
+use crate::suite::driven::{STEP, moved, works};
 use crate::suite::{Figure, Outcome, relative_error, worst_of};
 use anyhow::Context;
 use vertebra::dynamics::gpu::{Batch, BatchOptions, Options};
 use vertebra::generate::{self, Masses, Rod};
 use vertebra::{
-    DcaOptions, DcaWorkspace, Elements, Forces, Integrator, JointKind, Model, Motor, Precision,
-    Random, Simulation, SphericalMotor, State, Work, Workspace, aba, dca,
+    DcaOptions, DcaWorkspace, Elements, Forces, Integrator, Model, Motor, Precision, Random,
+    Simulation, State, Workspace, aba, dca,
 };
 use vertebra_gpu::Device;
 
@@ -87,81 +88,20 @@ pub(super) fn inertia(device: &Device) -> Outcome {
     Ok(figures)
 }
 
-/// A step \[s\], and how many between which motors change.
-const STEP: f64 = 1e-3;
-const STEPS: usize = 10;
-
-/// Steps with motors that change on the way.
-pub(super) fn moved(
-    mut simulation: Simulation,
-    state: &State,
-) -> anyhow::Result<(State, Work, f64)> {
-    let model = simulation.model().clone();
-    simulation.set_state(state.clone())?;
-    let driven: Vec<_> = (model.body_ids().zip(model.bodies()))
-        .filter(|(_, body)| body.dof_range().len() == 1)
-        .map(|(id, _)| id)
-        .collect();
-    let of_balls = model.body_ids().zip(model.bodies());
-    let balls: Vec<_> = of_balls
-        .filter(|(_, body)| body.joint.kind == JointKind::Spherical)
-        .map(|(id, _)| id)
-        .collect();
-    let held = |simulation: &mut Simulation| -> anyhow::Result<f64> {
-        let sums = simulation.mechanics()?;
-        Ok(sums.kinetic_energy + sums.potential_energy + simulation.stored()?.rotors)
-    };
-    let start = held(&mut simulation)?;
-    let mut random = Random::new(3);
-    for _ in 0..4 {
-        for motor in [
-            Motor::torque(0.3),
-            Motor::velocity(1.0, 2.0),
-            Motor::position(0.4, 50.0, 1.0),
-            Motor::position(-0.4, 500.0, 1.0).limited(0.5),
-        ] {
-            simulation.set_motor(driven[random.below(driven.len())], motor)?;
-        }
-        for motor in [
-            SphericalMotor::velocity(random.direction(), 0.5),
-            SphericalMotor::orientation(random.rotation(), 5.0, 0.5).limited(0.5),
-        ] {
-            if !balls.is_empty() {
-                simulation.set_spherical_motor(balls[random.below(balls.len())], motor)?;
-            }
-        }
-        simulation.steps(STEP, STEPS)?;
-    }
-    let work = simulation.work()?;
-    let off = held(&mut simulation)? - start - work.total();
-    Ok((simulation.state()?.clone(), work, off))
-}
-
-/// Work by what did it, loops left out.
-pub(super) const fn works(work: &Work) -> [f64; 5] {
-    [
-        work.motors,
-        work.springs,
-        work.dampers,
-        work.friction,
-        work.stops,
-    ]
-}
-
 /// Steps end as the CPU's do, with the same work, and energy balances as far as there.
 pub(super) fn steps(device: &Device) -> Outcome {
     let mut figures = Vec::new();
     for model in mechanisms(device)? {
         let mut state = State::neutral(&model);
         state.qd.copy_from_slice(&State::random(&model, 4).qd);
-        let (expected, work, off) = moved(Simulation::new(model.clone())?, &state)?;
+        let (expected, work, off) = moved(&mut Simulation::new(model.clone())?, &state)?;
         for (chunks, tree, _) in precisions(device) {
             if tree == Precision::F32 && is_software(device) {
                 continue;
             }
             let options = options(chunks, tree, 4);
-            let gpu = Simulation::on_gpu(device, model.clone(), &options)?;
-            let (found, done, gpu_off) = moved(gpu, &state)?;
+            let mut gpu = Simulation::on_gpu(device, model.clone(), &options)?;
+            let (found, done, gpu_off) = moved(&mut gpu, &state)?;
             let bodies = model.bodies().len();
             let name = |what| format!("{bodies} bodies, {what}, {chunks} over {tree}");
             let largest = works(&work).into_iter().map(f64::abs).fold(0.0, worst_of);
@@ -237,8 +177,8 @@ pub(super) fn smooth_steps(device: &Device) -> Outcome {
         }
         let model = description.build()?;
         let state = State::random(&model, 5);
-        let cpu = Simulation::new(model.clone())?.with_integrator(Integrator::RungeKutta4);
-        let (expected, work, _) = moved(cpu, &state)?;
+        let mut cpu = Simulation::new(model.clone())?.with_integrator(Integrator::RungeKutta4);
+        let (expected, work, _) = moved(&mut cpu, &state)?;
         for (chunks, tree, _) in precisions(device) {
             if tree != Precision::F64 {
                 continue;
@@ -247,8 +187,8 @@ pub(super) fn smooth_steps(device: &Device) -> Outcome {
                 integrator: Integrator::RungeKutta4,
                 ..options(chunks, tree, 4)
             };
-            let gpu = Simulation::on_gpu(device, model.clone(), &options)?;
-            let (found, done, _) = moved(gpu, &state)?;
+            let mut gpu = Simulation::on_gpu(device, model.clone(), &options)?;
+            let (found, done, _) = moved(&mut gpu, &state)?;
             let name = |what| format!("{} bodies, {what}", model.bodies().len());
             let rates = relative_error(&found.qd, &expected.qd);
             figures.push(Figure::new(name("rates"), rates, 1e-7));

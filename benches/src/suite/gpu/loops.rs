@@ -2,9 +2,9 @@
 //! a loop that cannot be closed.
 
 use super::dynamics::precisions;
-use super::elements::{moved, works};
 use super::{holds, is_software};
 use crate::scenario::loops::{STEP, mechanisms, side_by_side};
+use crate::suite::driven::{self, closed, moved, works};
 use crate::suite::loops::steps_of;
 use crate::suite::{Figure, Outcome, relative_error, worst_of};
 use vertebra::dynamics::gpu::Options;
@@ -186,16 +186,8 @@ fn stays_closed(
 /// Random mechanisms of all joints, closures and elements; for software, which takes minutes to compile kernels for elements
 /// in trees, a linkage with some.
 fn loaded_mechanisms(device: &Device) -> anyhow::Result<Vec<(Model, State)>> {
-    let closed = |(model, state): (Model, State)| -> anyhow::Result<(Model, State)> {
-        let mut simulation = Simulation::new(model.clone())?;
-        simulation.set_state(state)?;
-        simulation.close_loops()?;
-        let state = simulation.state()?.clone();
-        Ok((model, state))
-    };
     if !is_software(device) {
-        let random = (0..9).map(|seed| closed(mechanism::random(9, true, seed)?));
-        return random.collect();
+        return driven::mechanisms(9);
     }
     let (model, state) = mechanism::bennett()?;
     let mut description = model.describe();
@@ -213,7 +205,7 @@ fn loaded_mechanisms(device: &Device) -> anyhow::Result<Vec<(Model, State)>> {
 pub(super) fn loaded(device: &Device) -> Outcome {
     let mut figures = Vec::new();
     for (index, (model, state)) in loaded_mechanisms(device)?.into_iter().enumerate() {
-        let (expected, work, _) = moved(Simulation::new(model.clone())?, &state)?;
+        let (expected, work, _) = moved(&mut Simulation::new(model.clone())?, &state)?;
         for (chunks, tree, _) in precisions(device) {
             if tree != Precision::F64 && is_software(device) {
                 continue;
@@ -235,8 +227,8 @@ pub(super) fn loaded(device: &Device) -> Outcome {
             }
             // In f32 joints take other sides of their laws.
             if tree == Precision::F64 {
-                let gpu = Simulation::on_gpu(device, model.clone(), &options)?;
-                let (found, done, _) = moved(gpu, &state)?;
+                let mut gpu = Simulation::on_gpu(device, model.clone(), &options)?;
+                let (found, done, _) = moved(&mut gpu, &state)?;
                 let rates = relative_error(&found.qd, &expected.qd);
                 figures.push(Figure::new(name("rates"), rates, 1e-5));
                 let error = relative_error(&works(&done), &works(&work));

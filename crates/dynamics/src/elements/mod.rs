@@ -520,9 +520,10 @@ fn turned(ball: &Ball, state: &State, h: f64, epsilon: f64) -> Turned {
     ball.turned(state, h, firmness(epsilon))
 }
 
-/// By what a hard stop exceeds the inertia that it stops, where solutions are rounded to epsilon.
+/// By what a hard stop exceeds the inertia that it stops, where solutions are rounded to epsilon, and rates to that of f64 at
+/// least: a firmer stop would make forces, and work, of their rounding.
 fn firmness(epsilon: f64) -> f64 {
-    0.1 / epsilon.sqrt()
+    0.1 / epsilon.max(f64::EPSILON).sqrt()
 }
 
 #[cfg(test)]
