@@ -65,7 +65,9 @@ fn round_followed(law: Round, found: Found, v: vec3<real>, h: real, tolerance: r
     if found.before.y >= 0.0 {
         let less: real = found.before.y - size;
         let more: real = (size * share - found.before.y * found.before.x) * softness;
-        if (less > 0.0 && more > 0.0) || (less < 0.0 && more < 0.0) {
+        // Solutions that differ by rounding alone say nothing.
+        let is_known = abs(less) > law.slope * tolerance;
+        if is_known && ((less > 0.0 && more > 0.0) || (less < 0.0 && more < 0.0)) {
             let quotient: real = less / more;
             if quotient > 0.0 && is_finite(quotient) {
                 mobility = quotient;

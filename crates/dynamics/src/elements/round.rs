@@ -80,8 +80,11 @@ impl Round {
         let (share, size) = (self.share, (self.at - v * self.slope).length());
         let softness = h * self.slope;
         if let Some([other, before]) = self.before.replace([share, size]) {
-            let mobility = (before - size) / ((size * share - before * other) * softness);
-            if mobility.is_finite() && mobility > 0.0 {
+            let (less, more) = (before - size, (size * share - before * other) * softness);
+            let mobility = less / more;
+            // Solutions that differ by rounding alone say nothing.
+            let is_known = less.abs() > self.slope * tolerance;
+            if is_known && mobility.is_finite() && mobility > 0.0 {
                 self.mobility = mobility;
             }
         }
