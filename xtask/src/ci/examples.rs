@@ -37,7 +37,8 @@ pub(super) fn run(sh: &Shell, workspace: &Workspace) -> Result<Outcome> {
         let files: Vec<_> = (["glb", "json"].iter().filter(|_| is_scene))
             .map(|ending| folder.path().join(format!("{example}.{ending}")))
             .collect();
-        cmd!(sh, "{program} {files...}").run()?;
+        let paths = &files;
+        cmd!(sh, "{program} {paths...}").run()?;
         for file in &files {
             ensure!(
                 sh.path_exists(file),
