@@ -5,7 +5,7 @@
 //! size and the condition. Adding a backend means adding a [`solver::Solver`] to
 //! [`solver::all`] and nothing else.
 
-mod driven;
+pub mod driven;
 pub mod gold_chains;
 pub mod gold_meshes;
 pub mod gold_robots;
@@ -106,7 +106,7 @@ pub const OTHERS: &[(&str, Check)] = &[
     ("forward_errors", seeds::forward_errors),
     ("mesh_pairs", gold_meshes::pairs),
     ("loop_violations", loops::violations),
-    ("loaded_loops", loops::loaded),
+    ("loaded_mechanisms", driven::loaded),
     ("no_nan", crate::fuzz::no_nan),
 ];
 

@@ -63,7 +63,7 @@ macro_rules! suite_tests {
 }
 
 suite_tests!(DYNAMICS_TESTS, dynamics: gold_chains, gold_robots, gold_urdf, joint_torque_residual, own_equations, same_bits);
-suite_tests!(OTHER_TESTS, other: robot_quantities, urdf_quantities, aba_against_crba, forward_errors, mesh_pairs, loop_violations, loaded_loops, no_nan);
+suite_tests!(OTHER_TESTS, other: robot_quantities, urdf_quantities, aba_against_crba, forward_errors, mesh_pairs, loop_violations, loaded_mechanisms, no_nan);
 
 /// No check of the library is forgotten above.
 #[test]
