@@ -8,7 +8,8 @@
 //! Taken as residuals of joint forces, r would grow with the condition of the mass matrix, up to n^4 on chains. But any f
 //! near those of the solution will do, since how far off they are is in r. The solution knows the forces on the ends of each
 //! chunk; from its tip inwards f is what balances the body, so that of r there is left what S'f = tau then takes out, and
-//! what the outboard half of a cut body is off balance by, at which the sum ends.
+//! what the outboard half of a cut body is off balance by, at which the sum ends and of which the inboard half
+//! [takes](super::halves) a half.
 //!
 //! j is rounding where a chunk went from body to body, and the error of the joins where it starts at a cut body or ends
 //! with a leaf, or where bodies have been moved since. It is taken out first: e = X e_before + j from e = 0 where the chunk
@@ -20,7 +21,7 @@
 
 use super::place::Places;
 use super::plan::{ChunkPlan, Inboard, Outboard, Plan};
-use super::solution::{Driving, taken};
+use super::solution::{Driving, across, taken};
 use super::split::Outcome;
 use crate::link::Kind;
 use crate::refine::{Loads, Size};
@@ -45,6 +46,8 @@ pub(super) struct Equations<'a, T> {
     pub(super) loads: Loads,
     pub(super) driving: Driving<'a, T>,
     pub(super) accelerations: &'a [Motion<T>],
+    /// What [halves](super::halves) of cut bodies take from each other.
+    pub(super) evening: &'a [[Force<T>; 2]],
     /// Forces on the chunks' ends.
     pub(super) ends: &'a [[Force<T>; 2]],
     /// Transmitted forces of the chunks of earlier rounds.
@@ -152,14 +155,10 @@ impl<'a, T: Real> Equations<'a, T> {
 
     /// j, and the largest part of its terms that it is.
     fn jump(&self, slot: usize, above: Motion<T>) -> (Motion<T>, f64) {
-        let dofs = self.plan.dofs_of(slot);
         let a = self.accelerations[slot];
-        let mut matched = above + self.places.bodies[slot].bias_acceleration;
-        let size = Size::of_motion(a).or(Size::of_motion(matched));
-        let columns = &self.places.columns[dofs.clone()];
-        for (&column, &qdd) in columns.iter().zip(&self.driving.qdd[dofs]) {
-            matched += column * qdd;
-        }
+        let carried = above + self.places.bodies[slot].bias_acceleration;
+        let size = Size::of_motion(a).or(Size::of_motion(carried));
+        let matched = carried + across(self.plan, &self.places.columns, self.driving.qdd, slot);
         let jump = matched - a;
         let size = size.or(Size::of_motion(matched));
         (jump, size.left(Size::of_motion(jump)))
@@ -225,10 +224,14 @@ impl<T: Real> Balance<'_, T> {
         rest -= moved;
         let mut size =
             (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-        self.worst = self.worst.and(size.left(Size::of_force(rest)));
+        // What the next body takes may be all there is.
+        self.worst = self.worst.and(size.leaving(rest));
         if self.equations.loads == Loads::Rounding {
             size = size.or(Size::of_force(self.taken));
             rest = size.or(Size::of_turning(&placed.inertia, a)).rounding(slot);
+        }
+        if slot == self.last {
+            rest += self.equations.evening[self.chunk][1];
         }
         self.forces[slot - self.first] = f;
         self.taken = f.shifted_back(placed.offset);
@@ -249,7 +252,7 @@ impl<T: Real> Balance<'_, T> {
         let size = (Size::of_force(end).or(Size::of_force(half))).or(Size::of_force(self.taken));
         self.worst = self.worst.and(size.left(Size::of_force(rest)));
         match self.equations.loads {
-            Loads::Left | Loads::Settled => rest,
+            Loads::Left | Loads::Settled => rest + self.equations.evening[self.chunk][0],
             Loads::Rounding => Force::ZERO,
         }
     }

@@ -19,11 +19,13 @@ use crate::refine::Loads;
 use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{Force, Motion, Real, Vec3};
 
-/// Memory of the corrections, one entry a slot.
+/// Memory of the corrections, one entry a slot unless it says otherwise.
 #[derive(Clone, Debug)]
 pub(super) struct Corrections<T> {
     /// e of each body, about its joint's origin.
     pub(super) jumps: Vec<Motion<T>>,
+    /// Of each chunk what the halves of the cut bodies at its ends [take](super::halves) from the others.
+    pub(super) evening: Vec<[Force<T>; 2]>,
     /// Loads of a [substitution](super::substitute), about the handle points; none before the first.
     pub(super) loads: Vec<Force<T>>,
     /// What responds: accelerations, and one entry a freedom. On the way up the solution.
@@ -35,6 +37,7 @@ impl<T: Real> Corrections<T> {
     pub(super) fn new(plan: &Plan<T>) -> Self {
         Self {
             jumps: vec![Motion::ZERO; plan.len()],
+            evening: vec![[Force::ZERO; 2]; plan.chunks.len()],
             loads: Vec::new(),
             accelerations: vec![Motion::ZERO; plan.len()],
             qdd: vec![T::ZERO; plan.model_dofs.len()],
@@ -61,10 +64,14 @@ impl<T: Real, L: Real> Tree<T, L> {
     ) -> Result<f64, Fault> {
         let mut own =
             (self.corrections.take()).unwrap_or_else(|| Corrections::new(&self.plan).into());
+        match loads {
+            Loads::Left | Loads::Settled => self.even(&mut own),
+            Loads::Rounding => own.evening.fill([Force::ZERO; 2]),
+        }
         let source = Source::Equations(loads, acting);
         let residual = self.sweep(&mut own, source, threads);
         if residual.is_ok() {
-            self.keep_ends(true);
+            self.keep_ends(Some(&own.evening));
             for (a, &change) in self.chunks.accelerations.iter_mut().zip(&own.accelerations) {
                 *a += change;
             }
@@ -125,7 +132,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         };
         for_each(parallel, range, own, &|index, sum: &mut Rake<T>| {
             let [a, b] = rakes.plan.sums[index];
-            sum.bias = rakes.bias(a, Motion::ZERO) + rakes.bias(b, Motion::ZERO);
+            sum.bias = rakes.at_rest(a) + rakes.at_rest(b);
         });
     }
 
@@ -153,6 +160,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         };
         let Corrections {
             jumps,
+            evening,
             loads,
             accelerations,
             qdd,
@@ -187,6 +195,7 @@ impl<T: Real, L: Real> Tree<T, L> {
                 acting,
             },
             accelerations,
+            evening,
             ends: &self.ends,
             before,
         };
@@ -224,19 +233,36 @@ impl<T: Real, L: Real> Tree<T, L> {
 impl<T: Real, L: Real> Rakes<'_, T, L> {
     /// The force that moves what is raked onto a body with the handle of that, which accelerates by
     /// `jump`.
+    #[inline(always)]
     fn bias(&self, raked: Raked, jump: Motion<T>) -> Force<T> {
-        let rake = match raked {
-            Raked::Chunk { rake, .. } => &self.chunks[rake],
+        self.at_rest(raked) + self.inertial(raked, jump)
+    }
+
+    /// The force that holds the handle.
+    #[inline(always)]
+    fn at_rest(&self, raked: Raked) -> Force<T> {
+        match raked {
+            Raked::Chunk { rake, .. } => self.chunks[rake].bias,
+            Raked::Join { join, head } => {
+                let (node, r) = (&self.joins[join].node, self.places.bodies[head].offset);
+                Force::from_array(node.b1.map(L::cast)).shifted_back(r)
+            }
+            Raked::Sum(sum) => self.sums[sum].bias,
+        }
+    }
+
+    /// The force that accelerates it by `jump` if nothing else acts.
+    #[inline(always)]
+    pub(super) fn inertial(&self, raked: Raked, jump: Motion<T>) -> Force<T> {
+        match raked {
+            Raked::Chunk { rake, .. } => self.chunks[rake].inertia.mul(jump),
             Raked::Join { join, head } => {
                 let (node, r) = (&self.joins[join].node, self.places.bodies[head].offset);
                 let jump = jump.shifted(r).to_array().map(T::cast);
-                let mut force = node.phi11.mul(&jump);
-                add_scaled(&mut force, &node.b1, L::ONE);
-                return Force::from_array(force.map(L::cast)).shifted_back(r);
+                Force::from_array(node.phi11.mul(&jump).map(L::cast)).shifted_back(r)
             }
-            Raked::Sum(sum) => &self.sums[sum],
-        };
-        rake.bias + rake.inertia.mul(jump)
+            Raked::Sum(sum) => self.sums[sum].inertia.mul(jump),
+        }
     }
 }
 

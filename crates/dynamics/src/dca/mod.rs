@@ -13,6 +13,7 @@
 mod balance;
 mod chunk;
 mod correct;
+mod halves;
 mod interior;
 mod join;
 mod leaf;

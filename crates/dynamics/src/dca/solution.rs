@@ -128,6 +128,19 @@ pub(super) fn taken<T: Real>(
     }
 }
 
+/// What a joint adds to the acceleration of the body before it, but for velocities.
+#[inline(always)]
+pub(super) fn across<T: Real>(
+    plan: &Plan<T>,
+    columns: &[Motion<T>],
+    qdd: &[T],
+    slot: usize,
+) -> Motion<T> {
+    let dofs = plan.dofs_of(slot);
+    let freedoms = columns[dofs.clone()].iter().zip(&qdd[dofs]);
+    freedoms.fold(Motion::ZERO, |sum, (&column, &qdd)| sum + column * qdd)
+}
+
 /// What drives the freedoms.
 pub(super) struct Driving<'a, T> {
     pub(super) plan: &'a Plan<T>,

@@ -109,7 +109,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             jumps: None,
         };
         self.descend(&descent, parallel)?;
-        self.keep_ends(false);
+        self.keep_ends(None);
         Ok(())
     }
 
@@ -284,8 +284,8 @@ impl<T: Real, L: Real> Tree<T, L> {
 }
 
 impl<T: Real, L: Real> Tree<T, L> {
-    /// Keeps what acts on the chunks' ends, or adds it where a correction has been descended with.
-    pub(super) fn keep_ends(&mut self, corrects: bool) {
+    /// Keeps what acts on the chunks' ends; of a correction adds it, and what it has [evened](super::halves) before.
+    pub(super) fn keep_ends(&mut self, evened: Option<&[[Force<T>; 2]]>) {
         for (chunk, kept) in self.ends.iter_mut().enumerate() {
             let ChunkPlan {
                 parent, inboard, ..
@@ -300,8 +300,13 @@ impl<T: Real, L: Real> Tree<T, L> {
                 Inboard::World | Inboard::Carrier(_) => Force::ZERO,
             };
             let acting = [x, Force::from_array(f2.map(L::cast))];
-            for (kept, acting) in kept.iter_mut().zip(acting) {
-                *kept = if corrects { *kept + acting } else { acting };
+            match evened {
+                None => *kept = acting,
+                Some(evened) => {
+                    for (k, kept) in kept.iter_mut().enumerate() {
+                        *kept += acting[k] + evened[chunk][k];
+                    }
+                }
             }
         }
     }
