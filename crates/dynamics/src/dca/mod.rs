@@ -300,7 +300,12 @@ impl DcaWorkspace {
         let (threads, scales) = (self.options.parallel, &self.scales);
         self.computed = false;
         self.wrenches_computed = false;
+        // Once settled, accelerations match inside the chunks again.
         let settles = loads == Loads::Settled && !self.settled;
+        let loads = match loads {
+            Loads::Settled if self.settled => Loads::Left,
+            loads => loads,
+        };
         let push = largest_push(&self.model, forces);
         let least = least_acceleration(&self.model, scales, &self.qd, push);
         let given = Given {
