@@ -16,7 +16,7 @@ use super::correct::Corrections;
 use super::plan::Inboard;
 use super::solution::across;
 use super::tree::{Rakes, Tree};
-use vertebra_spatial::{Force, Real};
+use vertebra_spatial::Real;
 
 impl<T: Real, L: Real> Tree<T, L> {
     /// Finds T and -T at the ends of the chunks, for the solution as it stands.
