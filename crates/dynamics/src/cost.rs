@@ -17,7 +17,7 @@ const SERIAL: f64 = 0.06;
 const ROUND: f64 = 2.2e-6;
 
 /// Time of a correction, joint forces included once, as part of a solution's: \[first, others\].
-const CORRECTION: [[f64; 2]; 2] = [[0.7, 0.55], [0.5, 0.4]];
+const CORRECTION: [[f64; 2]; 2] = [[0.36, 0.36], [0.36, 0.35]];
 
 /// Time of a solution whose response to rounding is had and then so many corrections, as a multiple of the
 /// solution's. The response is a sweep like theirs, and the first of them.

@@ -4,7 +4,7 @@
 
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
-use vertebra_assembly::{Model, Random, State};
+use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::{
     DcaOptions, DcaWorkspace, Error, Forces, Precision, Solved, Workspace, Wrench, aba, dca,
     forward_error, joint_wrenches, refine, residual,
@@ -252,6 +252,64 @@ fn forces_in_the_joints() {
         let bound = 64.0 * f64::EPSILON * model.depth() as f64;
         assert!(left.by_body <= bound, "{left:?}");
     }
+}
+
+/// Bodies that heavy branches hang from on joints of all kinds are cut, and light beside what they transmit: what
+/// f32 joins have lost there one correction finds, whichever half of a body it is left on.
+#[test]
+fn bodies_between_heavy_branches_lose_nothing() {
+    let shape = RandomTree {
+        floating: true,
+        ..RandomTree::mixed(128)
+    };
+    for seed in 0..64 {
+        let model = generate::random_tree(&shape, seed).unwrap();
+        let model = generate::weighted(&model, &Masses::HeavyTips(1e4), seed).unwrap();
+        let (state, forces) = inputs(&model, seed);
+        let reference = reference(&model, &state, &forces);
+        let mut joined = tree(&model, Precision::F64, Precision::F32, 32);
+        dca(&model, &state, &forces, &mut joined).unwrap();
+        let mut largest = 0.0;
+        for bound in [1e-10, 128.0 * f64::EPSILON * 128.0_f64.sqrt()] {
+            refine(&forces, &mut joined).unwrap();
+            let qdd = joined.joint_accelerations().unwrap();
+            largest = forward_error(qdd, &reference).unwrap();
+            assert!(largest <= bound, "seed {seed}: {largest:e}");
+        }
+        assert!(largest > 0.0);
+    }
+}
+
+/// A body that weighs nothing and floats, whose equation has no term but the rounding of what its children take.
+#[test]
+fn equations_without_terms_leave_no_more_than_all_of_them() {
+    let nothing = MassProperties::MASSLESS;
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
+    let model = ModelDescription::new("kite")
+        .body("frame", None, Joint::free(), nothing)
+        .body("rod", Some("frame"), Joint::fixed(), rod)
+        .build()
+        .unwrap();
+    let forces = Forces::none(&model);
+    let mut largest = 0.0_f64;
+    for seed in 0..8 {
+        let state = State::random(&model, seed);
+        for chunks in [Precision::F32, Precision::F64] {
+            let mut recursion = Workspace::new(&model, chunks);
+            aba(&model, &state, &forces, &mut recursion).unwrap();
+            let mut joined = tree(&model, chunks, Precision::F32, 8);
+            dca(&model, &state, &forces, &mut joined).unwrap();
+            for refined in [
+                refine(&forces, &mut recursion),
+                refine(&forces, &mut joined),
+            ] {
+                let residual = refined.unwrap().residual;
+                assert!(residual <= 1.0, "seed {seed}: {residual:e}");
+                largest = largest.max(residual);
+            }
+        }
+    }
+    assert!(largest > 0.0);
 }
 
 /// What a correction changes is the error there was, to a tenth, as long as that is more than rounding: of solutions

@@ -10,8 +10,10 @@
 //!
 //! All vectors are in world axes about the bodies' handle points, accelerations conventional.
 
+mod balance;
 mod chunk;
 mod correct;
+mod halves;
 mod interior;
 mod join;
 mod leaf;
@@ -209,7 +211,7 @@ impl DcaWorkspace {
         forces.check(&self.model)?;
         if !self.wrenches_computed {
             let threads = self.options.parallel;
-            in_tree!(&mut self.trees, tree => tree.transmit(forces, &self.scales, threads));
+            in_tree!(&mut self.trees, tree => tree.transmit((forces, &self.scales), threads));
             self.wrenches_computed = true;
         }
         Ok(())
@@ -285,20 +287,25 @@ impl Solved for DcaWorkspace {
 
 impl DcaWorkspace {
     /// Replaces joint forces by the accelerations H^-1 tau that they cause, both in the model's units, with the factors
-    /// of the last [`dca`]; not numbers where they overflow. Transmitted forces can be computed before, not after.
+    /// of the last [`dca`]; not numbers where they overflow.
     pub(crate) fn substitute(&mut self, values: &mut [f64]) {
-        self.computed &= self.wrenches_computed;
         let threads = self.options.parallel;
         in_tree!(&mut self.trees, tree => tree.substitute(values, threads));
     }
 
     /// Corrects the solution once, or adds the response to other loads.
     pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
-        self.compute_joint_wrenches(forces)?;
+        require(self.computed, "accelerations", "dca")?;
+        forces.check(&self.model)?;
         let (threads, scales) = (self.options.parallel, &self.scales);
         self.computed = false;
         self.wrenches_computed = false;
+        // Once settled, accelerations match inside the chunks again.
         let settles = loads == Loads::Settled && !self.settled;
+        let loads = match loads {
+            Loads::Settled if self.settled => Loads::Left,
+            loads => loads,
+        };
         let push = largest_push(&self.model, forces);
         let least = least_acceleration(&self.model, scales, &self.qd, push);
         let given = Given {
@@ -310,9 +317,9 @@ impl DcaWorkspace {
         let refined = in_tree!(&mut self.trees, tree => {
             tree.prepare_to_settle(&self.model);
             if settles {
-                tree.settle(self.model.units(), &given, forces, scales, threads);
+                tree.settle(self.model.units(), &given, forces, threads);
             }
-            tree.correct(loads, threads).map(|residual| Refinement {
+            tree.correct(loads, (forces, scales), threads).map(|residual| Refinement {
                 residual,
                 change: tree.read_change(&mut self.qdd, &scales.acceleration, least),
             })
@@ -320,7 +327,6 @@ impl DcaWorkspace {
         let refined = refined.map_err(|fault| self.named(fault))?;
         finite_results(&self.model, "joint acceleration", &self.qdd, self.time)?;
         self.computed = true;
-        self.wrenches_computed = true;
         self.corrected |= loads != Loads::Rounding;
         self.settled |= settles;
         Ok(refined)

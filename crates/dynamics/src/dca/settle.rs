@@ -1,12 +1,10 @@
 //! The solution of a tree, once the [drift](crate::drift) of its bodies' places is taken out.
 
-use super::solution::Acting;
 use super::split::PARALLEL_BODIES;
 use super::tree::Tree;
 use crate::Forces;
 use crate::across::Given;
 use crate::drift::Drift;
-use crate::link::Scales;
 use vertebra_assembly::{Model, Units};
 use vertebra_spatial::Real;
 
@@ -18,14 +16,13 @@ impl<T: Real, L: Real> Tree<T, L> {
         }
     }
 
-    /// Takes the drift out of the bodies' places. The transmitted forces have along the freedoms what drives
-    /// these; that accelerations no longer match across joints is for the correction that follows.
+    /// Takes the drift out of the bodies' places. That accelerations no longer match across joints is for the
+    /// correction that follows.
     pub(super) fn settle(
         &mut self,
         units: &Units,
         given: &Given<'_>,
         forces: &Forces,
-        scales: &Scales,
         threads: bool,
     ) {
         let parallel = threads && self.plan.len() >= PARALLEL_BODIES;
@@ -35,9 +32,5 @@ impl<T: Real, L: Real> Tree<T, L> {
         self.places.settle(&self.plan, &mut drift, given, parallel);
         self.drift = Some(drift);
         self.places.push(&self.plan, forces, units);
-        let acting = Acting::All(forces, scales);
-        for slot in 0..self.plan.len() {
-            self.wrenches[slot] = self.along_freedoms(slot, self.wrenches[slot], &acting);
-        }
     }
 }

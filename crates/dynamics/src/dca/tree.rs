@@ -5,7 +5,7 @@ use super::chunk::{self, Chunks, Ends};
 use super::correct::Corrections;
 use super::join::{Joined, Node, join};
 use super::place::Places;
-use super::plan::{Head, JoinPlan, Part, Plan, Raked};
+use super::plan::{ChunkPlan, Head, Inboard, JoinPlan, Part, Plan, Raked};
 use super::rake::Rake;
 use super::split::{Divide, Fault, PARALLEL_BODIES, divide, for_each};
 use crate::Forces;
@@ -43,6 +43,8 @@ pub(super) struct Tree<T, L> {
     adds: bool,
     /// Forces that the joints transmit, about the joints' origins.
     pub(super) wrenches: Vec<Force<T>>,
+    /// Of each chunk the forces f1, if it starts at a cut body, and f2 on its ends.
+    pub(super) ends: Vec<[Force<T>; 2]>,
     pub(super) sums: Vec<Rake<T>>,
     pub(super) joins: Vec<JoinState<L>>,
     /// Memory of the corrections, taken when the first one is asked for.
@@ -69,6 +71,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             across: vec![T::ZERO; plan.model_dofs.len()],
             adds: false,
             wrenches: vec![Force::ZERO; plan.len()],
+            ends: vec![[Force::ZERO; 2]; plan.chunks.len()],
             sums: vec![Rake::default(); plan.sums.len()],
             joins: vec![state; plan.joins.len()],
             corrections: None,
@@ -105,7 +108,9 @@ impl<T: Real, L: Real> Tree<T, L> {
             base: self.base,
             jumps: None,
         };
-        self.descend(&descent, parallel)
+        self.descend(&descent, parallel)?;
+        self.keep_ends(None);
+        Ok(())
     }
 
     /// Takes the inertia of the freedoms' own.
@@ -279,13 +284,31 @@ impl<T: Real, L: Real> Tree<T, L> {
 }
 
 impl<T: Real, L: Real> Tree<T, L> {
-    /// The force on a chunk's tip, about its last body's handle point.
-    pub(super) fn tip_force(&self, chunk: usize) -> Force<T> {
-        let Some(parent) = self.plan.chunks[chunk].parent else {
-            return Force::ZERO;
-        };
-        let (_, f2) = self.joins[parent.join].handed(parent.outboard);
-        Force::from_array(f2.map(L::cast))
+    /// Keeps what acts on the chunks' ends; of a correction adds it, and what it has [evened](super::halves) before.
+    pub(super) fn keep_ends(&mut self, evened: Option<&[[Force<T>; 2]]>) {
+        for (chunk, kept) in self.ends.iter_mut().enumerate() {
+            let ChunkPlan {
+                parent, inboard, ..
+            } = self.plan.chunks[chunk];
+            let (x, f2) = match parent {
+                Some(parent) => self.joins[parent.join].handed(parent.outboard),
+                None => ([L::ZERO; 6], [L::ZERO; 6]),
+            };
+            // What a path's head is given is an acceleration.
+            let x = match inboard {
+                Inboard::Cut(_) => Force::from_array(x.map(L::cast)),
+                Inboard::World | Inboard::Carrier(_) => Force::ZERO,
+            };
+            let acting = [x, Force::from_array(f2.map(L::cast))];
+            match evened {
+                None => *kept = acting,
+                Some(evened) => {
+                    for (k, kept) in kept.iter_mut().enumerate() {
+                        *kept += acting[k] + evened[chunk][k];
+                    }
+                }
+            }
+        }
     }
 }
 
