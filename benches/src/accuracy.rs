@@ -58,7 +58,10 @@ pub fn run(arguments: &AccuracyArgs) -> anyhow::Result<Outcome> {
     progress.finish();
     if !entries.is_empty() {
         output::print(&entries);
-        let entries = joined(before(&arguments.out)?, entries);
+        let entries = joined(before(&arguments.out)?, entries, &solvers);
+        if let Some(note) = output::seeds(&entries) {
+            println!("{note}");
+        }
         for path in output::write(&arguments.out, &entries)? {
             println!("wrote {}", path.display());
         }
@@ -100,13 +103,14 @@ fn before(folder: &Path) -> anyhow::Result<Vec<Entry>> {
     parse(&text).with_context(|| path.display().to_string())
 }
 
-/// Earlier entries with new ones in their places and after them. Those of another device, or of cases that are no more, do
-/// not stay.
-fn joined(before: Vec<Entry>, mut new: Vec<Entry>) -> Vec<Entry> {
+/// Earlier entries with new ones in their places and after them. Those of another device, or of cases or solvers that are no
+/// more, do not stay.
+fn joined(before: Vec<Entry>, mut new: Vec<Entry>, solvers: &Solvers) -> Vec<Entry> {
     let names: Vec<String> = Case::all().iter().map(Case::name).collect();
     let stays = |entry: &Entry| {
         let name = format!("{}, {}", entry.shape, entry.pattern);
-        names.contains(&name) && new.iter().all(|other| other.device == entry.device)
+        let is_measured = names.contains(&name) && solvers.have(&entry.method, &entry.precision);
+        is_measured && new.iter().all(|other| other.device == entry.device)
     };
     let mut all: Vec<Entry> = before.into_iter().filter(stays).collect();
     for entry in &mut all {
@@ -169,13 +173,22 @@ mod tests {
         };
         let mut old = entries(["chain, equal", "chain, tiny"], 1);
         old[0].pattern = "no more".to_owned();
+        old.push(Entry {
+            method: "no more".to_owned(),
+            ..old[1].clone()
+        });
         let new = entries(["tree, equal", "chain, tiny"], 2);
-        let all = joined(old.clone(), new.clone());
+        let solvers = Solvers::on_cpu();
+        let all = joined(old.clone(), new.clone(), &solvers);
         assert_eq!(all, [new[1].clone(), new[0].clone()]);
         let elsewhere = Entry {
             device: "a GPU".to_owned(),
             ..old.swap_remove(1)
         };
-        assert_eq!(joined(vec![elsewhere], new.clone()), new);
+        assert_eq!(joined(vec![elsewhere], new.clone(), &solvers), new);
+        assert!(output::seeds(&new).is_none());
+        let both = [old[1].clone(), new[0].clone()];
+        let note = output::seeds(&both).unwrap();
+        assert!(note.contains("1 and 2 seeds"), "{note}");
     }
 }

@@ -160,12 +160,16 @@ pub fn plots(rows: &[Row]) -> Vec<Plot> {
         add(
             format!("time-across-{name}"),
             None,
-            by_scenario::figure(&rows),
+            by_scenario::figure(format!("Time by scenario: {unit}"), &rows),
         );
         add(
             format!("error-across-{name}"),
             None,
-            speed_error::figure("Speed against error".to_owned(), Labels::Scenario, &rows),
+            speed_error::figure(
+                format!("Speed against error: {unit}"),
+                Labels::Scenario,
+                &rows,
+            ),
         );
     }
     plots
@@ -232,7 +236,12 @@ pub fn plots_together(rows: &[Row]) -> Vec<Plot> {
     }
     for (task, rows) in single {
         let name = slug(&task);
-        add(format!("time-{name}"), None, by_scenario::figure(&rows));
+        let title = format!("{task}: time by scenario");
+        add(
+            format!("time-{name}"),
+            None,
+            by_scenario::figure(title, &rows),
+        );
         let is_exact = |row: &&Row| row.wrong_pairs() == Some(0);
         if !rows.iter().all(is_exact) {
             let title = format!("{task}: speed against error");

@@ -6,6 +6,7 @@ use crate::csv;
 use crate::results::{self, ResultsError, write_atomically};
 use crate::table::Grid;
 use crate::table::format::{count, error_figure};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Name of the file that holds every entry.
@@ -60,6 +61,20 @@ fn tables(entries: &[Entry]) -> Vec<(String, Grid)> {
     methods.into_iter().map(table).collect()
 }
 
+/// That they are over different numbers of seeds, if they are: percentiles and maxima are then not to be compared.
+pub(super) fn seeds(entries: &[Entry]) -> Option<String> {
+    let counts: BTreeSet<u32> = entries.iter().map(|entry| entry.seeds).collect();
+    if counts.len() < 2 {
+        return None;
+    }
+    let counts: Vec<String> = counts.iter().map(u32::to_string).collect();
+    Some(format!(
+        "Entries over {} seeds stand side by side, as their column says: compare percentiles and largest errors of equal \
+         numbers alone.",
+        counts.join(" and ")
+    ))
+}
+
 /// Where they were measured, if that makes a difference.
 fn device(entries: &[Entry]) -> Option<&str> {
     let named = |entry: &&Entry| !entry.device.is_empty();
@@ -108,6 +123,9 @@ pub(super) fn write(dir: &Path, entries: &[Entry]) -> Result<Vec<PathBuf>, Resul
     let mut markdown = INTRODUCTION.to_owned();
     if let Some(device) = device(entries) {
         markdown.push_str(&format!("\nMeasured on {device}.\n"));
+    }
+    if let Some(note) = seeds(entries) {
+        markdown.push_str(&format!("\n{note}\n"));
     }
     for picture in &pictures {
         let link = format!("\n![{}]({})\n", picture.title(), picture.svg_path());

@@ -41,6 +41,12 @@ impl Solvers {
         }
     }
 
+    /// Whether one of this name and precision is among them.
+    pub(super) fn have(&self, method: &str, precision: &str) -> bool {
+        let mut list = self.list.iter();
+        list.any(|(name, solver)| solver.method() == method && *name == precision)
+    }
+
     /// Divide and conquer on a GPU in all precisions it has, with as many corrections as help in each.
     #[must_use]
     pub fn on_gpu(device: &Device) -> Self {

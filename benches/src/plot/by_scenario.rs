@@ -60,8 +60,8 @@ impl<'a> Band<'a> {
     }
 }
 
-/// The plot of rows of several scenarios with the same unit of size.
-pub(super) fn figure(rows: &[&Row]) -> Figure {
+/// The plot of rows of several scenarios with the same unit of size, or of one question.
+pub(super) fn figure(title: String, rows: &[&Row]) -> Figure {
     let series = series(rows);
     let bands = Band::all(rows, &series);
     let height = ABOVE + bands.iter().map(Band::height).sum::<f64>().max(BANDS) + BELOW;
@@ -80,7 +80,7 @@ pub(super) fn figure(rows: &[&Row]) -> Figure {
         remark.push_str(" Grey: published by the source for this problem.");
     }
     let titles = Titles {
-        title: "Time by scenario".to_owned(),
+        title,
         subtitle: devices(rows),
         vertical: None,
         horizontal: "time of one call",

@@ -42,6 +42,17 @@ pub(super) const PRECISIONS: [(Precision, Precision); 3] = [
     (Precision::F64, Precision::F64),
 ];
 
+/// Those of a device whose results have a precision that is asked for.
+fn asked(
+    selection: &Selection,
+    has_f64: bool,
+) -> impl Iterator<Item = (Precision, Precision)> + use<'_> {
+    PRECISIONS.into_iter().filter(move |(chunks, tree)| {
+        let is_asked = selection.precisions.is_empty() || selection.precisions.contains(tree);
+        is_asked && (*chunks == Precision::F32 || has_f64)
+    })
+}
+
 /// The rows asked for.
 pub(crate) fn measurements<'a>(
     subject: &'a Subject,
@@ -51,11 +62,7 @@ pub(crate) fn measurements<'a>(
     let mut list = Vec::new();
     let bodies = subject.model.bodies().len();
     let has_f64 = device.features().contains(Features::SHADER_F64);
-    for (chunks, tree) in PRECISIONS {
-        let asked = selection.precisions.is_empty() || selection.precisions.contains(&tree);
-        if !asked || (chunks == Precision::F64 && !has_f64) {
-            continue;
-        }
+    for (chunks, tree) in asked(selection, has_f64) {
         let name = name(chunks, tree);
         let mut add = |method: &str, run: Run<'a>| {
             let label = format!(
@@ -122,28 +129,41 @@ pub(crate) fn measurements<'a>(
     list
 }
 
-/// Whole steps of a model in the precision that is taken by default, for a comparison with other models.
-pub(crate) fn steps<'a>(subject: &'a Subject, device: &'a Device) -> Measurement<'a> {
+/// Whole steps of a model in the precisions asked for, or that which is taken by default, for a comparison with other
+/// models.
+pub(crate) fn steps<'a>(
+    subject: &'a Subject,
+    device: &'a Device,
+    selection: &Selection,
+) -> Vec<Measurement<'a>> {
     let has_f64 = device.features().contains(Features::SHADER_F64);
-    let chunks = if has_f64 {
-        Precision::F64
+    let precisions: Vec<_> = if selection.precisions.is_empty() {
+        let default = if has_f64 {
+            Precision::F64
+        } else {
+            Precision::F32
+        };
+        vec![(default, Precision::F32)]
     } else {
-        Precision::F32
+        asked(selection, has_f64).collect()
     };
-    let options = Options {
-        chunks: Some(chunks),
-        tree: Some(Precision::F32),
-        ..Options::default()
+    let of = |(chunks, tree)| {
+        let name = name(chunks, tree);
+        let label = format!("{}: step-16 {name} on the GPU", subject.scenario);
+        let options = Options {
+            chunks: Some(chunks),
+            tree: Some(tree),
+            ..Options::default()
+        };
+        let chain = Chain {
+            subject,
+            device,
+            options,
+            name,
+        };
+        Measurement::new(label, move |meter| chain.step(meter, BLOCK))
     };
-    let name = name(chunks, Precision::F32);
-    let label = format!("{}: step-16 {name} on the GPU", subject.scenario);
-    let chain = Chain {
-        subject,
-        device,
-        options,
-        name,
-    };
-    Measurement::new(label, move |meter| chain.step(meter, BLOCK))
+    precisions.into_iter().map(of).collect()
 }
 
 type Run<'a> = Box<dyn FnOnce(&Meter) -> anyhow::Result<Option<Row>> + 'a>;

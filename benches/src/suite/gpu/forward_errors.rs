@@ -31,6 +31,11 @@ pub(super) fn forward_errors(device: &Device) -> Outcome {
     let adapter = &device.info().name;
     let stored = STORED.iter().find(|(name, _)| adapter.starts_with(name));
     let stored = stored.map_or(Ok(Vec::new()), |(_, text)| parse(text))?;
+    let missing = if stored.is_empty() {
+        format!(" (bounds alone: nothing of {adapter} is stored)")
+    } else {
+        format!(" (bounds alone: this is not among what is stored of {adapter})")
+    };
     let (sizes, every) = if is_software(device) {
         (&SIZES[..1], 10)
     } else {
@@ -51,7 +56,7 @@ pub(super) fn forward_errors(device: &Device) -> Outcome {
                 let mut judged = judge(case, &entry, before, bounds);
                 if before.is_none() {
                     for figure in &mut judged {
-                        figure.name += &format!(" (bounds alone: none of {adapter} is stored)");
+                        figure.name += &missing;
                     }
                 }
                 figures.extend(judged);
