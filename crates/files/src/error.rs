@@ -118,6 +118,22 @@ pub enum Problem {
         /// What stands here.
         found: String,
     },
+    /// A table that lacks a column.
+    #[error("has no column `{column}`; write the file with it")]
+    MissingColumn {
+        /// The column.
+        column: &'static str,
+    },
+    /// A table whose last row ends early, or that has no row.
+    #[error(
+        "has {found} values, but the table has {columns} columns; complete the row or remove it"
+    )]
+    IncompleteRow {
+        /// How many columns the table has.
+        columns: usize,
+        /// How many values the row has.
+        found: usize,
+    },
     /// Elements nested deeper than any model is.
     #[error("is nested deeper than {limit} levels; flatten it")]
     TooDeep {
@@ -161,11 +177,11 @@ impl FileError {
         Self { location, problem }
     }
 
-    /// An error on a line of text, from 1.
+    /// An error on a line of text, from 1; 0 where the whole text is meant.
     pub(crate) fn on_line(line: usize, element: impl Into<String>, problem: Problem) -> Self {
         let location = Location {
             file: None,
-            line: u32::try_from(line).ok(),
+            line: u32::try_from(line).ok().filter(|&line| line > 0),
             element: element.into(),
         };
         Self::new(location, problem)

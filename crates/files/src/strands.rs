@@ -81,13 +81,16 @@ pub fn parse(text: &str) -> Result<Strands, FileError> {
     });
     let syntax = |line: usize, expected: &'static str, found: &[&str]| {
         let found: String = found.join(" ").chars().take(40).collect();
-        let found = format!("`{found}`");
+        let found = match found.as_str() {
+            "" => "the end of the text".to_owned(),
+            found => format!("`{found}`"),
+        };
         FileError::on_line(line, "the strands", Problem::Syntax { expected, found })
     };
     match statements.next() {
         Some((_, words)) if words == ["strands", VERSION] => {}
         Some((line, words)) => return Err(syntax(line, "`strands 1`", &words)),
-        None => return Err(syntax(1, "`strands 1`", &["nothing"])),
+        None => return Err(syntax(1, "`strands 1`", &[])),
     }
     let (mut unit, mut radius, mut density) = (1.0, 1e-3, 1000.0);
     let mut strands: Vec<Strand> = Vec::new();

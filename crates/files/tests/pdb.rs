@@ -240,6 +240,21 @@ fn every_body_resists_every_turn() {
     }
 }
 
+/// Lines as older programs write them: nothing behind the coordinates, so that names tell the elements, and
+/// records that no structure needs, broken.
+#[test]
+fn short_lines_and_foreign_records_are_read() {
+    let coordinates = |line: &str| match line.starts_with("ATOM") || line.starts_with("HETATM") {
+        true => line[..54].to_owned(),
+        false => line.to_owned(),
+    };
+    let lines: Vec<String> = PEPTIDE.lines().map(coordinates).collect();
+    let text = format!("CRYST1  what\nREMARK\nSEQRES\n{}\n", lines.join("\n"));
+    let read = pdb::parse_pdb(&text, &Options::default()).unwrap();
+    assert_eq!(read.model.describe(), peptide().model.describe());
+    assert_eq!(read.atoms, peptide().atoms);
+}
+
 #[test]
 fn gaps_start_chains_and_bridges_are_found() {
     let without = |number: &str| {
@@ -309,8 +324,8 @@ fn mistakes_are_named() {
         let error = pdb::parse_pdb(text, &Options::default()).unwrap_err();
         assert!(error.to_string().to_lowercase().contains(words), "{error}");
     };
-    refused("", "no a");
-    refused("HEADER\nEND\n", "no a");
+    refused("", "no atoms");
+    refused("HEADER\nEND\n", "no atoms");
     let collapsed = PEPTIDE.replace("   1.000   2.000   3.000", "   2.458   2.000   3.000");
     refused(
         &collapsed,
@@ -322,9 +337,61 @@ fn mistakes_are_named() {
     );
     let error = error.unwrap_err();
     assert_eq!(error.location.line, Some(2), "{error}");
-    let error =
-        pdb::parse_mmcif("data_x\nloop_\n_atom_site.id\n", &Options::default()).unwrap_err();
-    assert!(!error.to_string().is_empty());
+    let line = PEPTIDE.lines().nth(1).unwrap();
+    for (columns, value, words) in [
+        (
+            6..11,
+            "    q",
+            "serial number of an atom, columns 7 to 11: found `q`",
+        ),
+        (
+            12..16,
+            "    ",
+            "name of an atom, columns 13 to 16: found nothing",
+        ),
+        (
+            17..20,
+            "   ",
+            "residue of an atom, columns 18 to 20: found nothing",
+        ),
+        (
+            22..26,
+            "   z",
+            "number of the residue of an atom, columns 23 to 26",
+        ),
+        (
+            30..38,
+            "     NaN",
+            "x of an atom, columns 31 to 38: found `nan`",
+        ),
+        (
+            38..46,
+            "     inf",
+            "y of an atom, columns 39 to 46: found `inf`",
+        ),
+        (
+            46..54,
+            "        ",
+            "z of an atom, columns 47 to 54: found nothing",
+        ),
+        (
+            50..81,
+            "",
+            "z of an atom, columns 47 to 54: found the end of the line",
+        ),
+    ] {
+        let mut broken = line.to_owned();
+        broken.replace_range(columns.start..columns.end.min(line.len()), value);
+        let text = PEPTIDE.replacen(line, &broken, 1);
+        let error = pdb::parse_pdb(&text, &Options::default()).unwrap_err();
+        assert_eq!(error.location.line, Some(2), "{error}");
+        assert!(error.to_string().to_lowercase().contains(words), "{error}");
+    }
+    refused("data_X\nloop_\n", "this is mmcif");
+    refused(
+        "HETATM  107  O   HOH B 101       9.000   9.000   9.000\n",
+        "n, ca and c: b:101 (hoh) is no amino acid",
+    );
     let error = pdb::read("no/such.pdb", &Options::default()).unwrap_err();
     assert!(error.to_string().starts_with("no/such.pdb"), "{error}");
 }

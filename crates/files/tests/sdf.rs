@@ -167,6 +167,21 @@ fn model(inside: &str) -> String {
     format!("<sdf version='1.9'>\n<model name='m'>\n<link name='a'/>\n{inside}\n</model></sdf>")
 }
 
+/// A world pulls with 9.8 m/s^2 unless it says otherwise; a model alone leaves that to where it is put.
+#[test]
+fn worlds_have_gravity() {
+    let alone = model("");
+    let gravity = |text: &str| sdf::parse(text).unwrap().model.gravity();
+    assert_eq!(gravity(&alone), ModelDescription::new("").gravity);
+    let world = |inside: &str| {
+        let text = alone.replace("<model", &format!("<world name='w'>{inside}<model"));
+        text.replace("</model>", "</model></world>")
+    };
+    assert_eq!(gravity(&world("")), DVec3::new(0.0, 0.0, -9.8));
+    let stated = world("<gravity>0 1 -2</gravity>");
+    assert_eq!(gravity(&stated), DVec3::new(0.0, 1.0, -2.0));
+}
+
 #[test]
 fn mistakes_are_named_with_line_and_element() {
     let refused = |text: &str, line: u32, words: &str| {
@@ -199,6 +214,23 @@ fn mistakes_are_named_with_line_and_element() {
         4,
         "names the frame `c`",
     );
+    refused(
+        "<sdf version='1.9'>\n<model name='m' canonical_link='b'><link name='a'/></model></sdf>",
+        2,
+        "names the link `b`",
+    );
+    refused(
+        "<sdf version='1.9'>\n<model name='m' placement_frame='b'><link name='a'/></model></sdf>",
+        2,
+        "names the frame `b`",
+    );
+    for inside in [
+        "<inertial>\n<pose relative_to='a'/></inertial>",
+        "<collision name='c'>\n<pose relative_to='a'/><geometry/></collision>",
+    ] {
+        let text = model(&format!("<link name='b'>{inside}</link>"));
+        refused(&text, 5, "`a` in `relative_to` is not supported");
+    }
     refused(&joint("gearbox", ""), 5, "`gearbox` in `type`");
     refused(
         &joint("revolute", "<axis><xyz>0 0 0</xyz></axis>"),

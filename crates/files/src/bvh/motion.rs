@@ -290,7 +290,7 @@ pub(super) fn read(
         }
     }
     match words.peek() {
-        Some(_) => Err(words.error(element, "the end of the text, for all frames are there")),
+        Some(_) => Err(words.error(element, "the end of the text (all frames are there)")),
         None => Ok(motion),
     }
 }

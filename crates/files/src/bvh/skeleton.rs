@@ -95,9 +95,13 @@ impl Skeleton {
         names: &mut Names,
         parent: Option<usize>,
     ) -> Result<usize, FileError> {
+        const NAME: &str = "the name of a joint";
         let line = words.line();
+        if words.peek() == Some("{") {
+            return Err(words.error("the hierarchy", NAME));
+        }
         // A name may have blanks in it.
-        let mut parts = vec![words.take("the name of a joint")?];
+        let mut parts = vec![words.take(NAME)?];
         while !matches!(words.peek(), Some("{") | None) {
             parts.push(words.take("{")?);
         }
@@ -114,7 +118,7 @@ impl Skeleton {
             for _ in 0..words.count(&element)? {
                 let (line, word) = (words.line(), words.peek().unwrap_or_default());
                 let channel = channel(word)
-                    .ok_or_else(|| words.error(&element, "a channel, such as Xrotation"))?;
+                    .ok_or_else(|| words.error(&element, "a channel such as Xrotation"))?;
                 if parent.is_some() && matches!(channel, Channel::Position(_)) {
                     self.ignored.push(Ignored {
                         element: word.to_owned(),

@@ -6,7 +6,7 @@ use super::coupling::{self, Known, Site};
 use super::defaults::Element;
 use super::joint;
 use super::mesh::{self, Mesh};
-use super::{Options, Robot, Sections, actuator, geom};
+use super::{Options, Robot, Sections, actuator, geom, name_taken};
 use crate::tree::Names;
 use crate::{FileError, Part, Problem};
 use glam::{DMat3, DVec3};
@@ -236,7 +236,7 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
                     reference: read.reference,
                 };
                 if self.joints.insert(joint, carrier).is_some() {
-                    return Err(reader.error(element.node, XmlProblem::Repeated).into());
+                    return Err(name_taken(reader, element.node, &["joint", "freejoint"]));
                 }
             }
             let joint = joint::placed(&read, pose);

@@ -1,12 +1,12 @@
 //! Equalities: what holds bodies together beside their joints.
 
-use super::Sections;
 use super::body::{Carrier, Entry};
+use super::{Sections, name_taken};
 use crate::tree::Names;
 use crate::{FileError, Problem};
 use glam::{DQuat, DVec3};
 use std::collections::HashMap;
-use vertebra_assembly::xml::{Node, Reader, XmlProblem};
+use vertebra_assembly::xml::{Node, Reader};
 use vertebra_assembly::{Closure, JointKind, Location, ModelDescription, ModelError};
 use vertebra_spatial::Pose;
 
@@ -46,7 +46,7 @@ pub(super) fn read<'n, 'a>(
                 .optional_text(node, "name")?
                 .filter(|n| !n.is_empty());
             if name.is_some_and(|name| !names.take(name)) {
-                return Err(reader.error(node, XmlProblem::Repeated).into());
+                return Err(name_taken(reader, node, &KINDS));
             }
             all.push((tag, node, name));
         }

@@ -1,7 +1,7 @@
 //! Mesh assets: triangles in the file, or given by the caller.
 
 use super::defaults::Element;
-use super::{Options, Sections};
+use super::{Options, Sections, name_taken};
 use crate::{FileError, Problem, TriangleSoup};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -45,7 +45,7 @@ pub(super) fn read<'n, 'a>(
             };
             let triangles = triangles.map(|mesh| scaled(mesh, scale));
             if meshes.insert(name, Mesh { triangles }).is_some() {
-                return Err(reader.error(node, XmlProblem::Repeated).into());
+                return Err(name_taken(reader, node, &["mesh"]));
             }
         }
     }

@@ -230,3 +230,26 @@ impl<'n, 'a> Sections<'n, 'a> {
         })
     }
 }
+
+/// That an element before this one, of these tags and in such a section too, has its name.
+fn name_taken(reader: &Reader<'_>, node: Node<'_, '_>, tags: &[&str]) -> FileError {
+    let root = node.document().root_element();
+    let section = |node: Node<'_, '_>| {
+        let sections = node.ancestors();
+        sections
+            .take_while(|&ancestor| ancestor != root)
+            .last()
+            .map(|section| section.tag_name().name().to_owned())
+    };
+    let is_first = |other: &Node<'_, '_>| {
+        tags.contains(&other.tag_name().name())
+            && other.attribute("name") == node.attribute("name")
+            && section(*other) == section(node)
+    };
+    // What is named by its file has no name to compare.
+    let first = root.descendants().find(is_first).unwrap_or(node);
+    let problem = Problem::DuplicateName {
+        first_line: reader.line(first),
+    };
+    FileError::new(reader.location(node), problem)
+}

@@ -43,7 +43,11 @@ pub(super) fn build(
         }
     }
     if groups.is_empty() {
-        let problem = Problem::Empty("has no amino acid with N, CA and C");
+        let why = left_out.into_iter().next();
+        let problem = Problem::Refused {
+            reason: "has no amino acid with N, CA and C".to_owned(),
+            detail: why.unwrap_or_else(|| "there is no residue at all".to_owned()),
+        };
         return Err(FileError::on_line(0, "the structure", problem));
     }
     assemble(&groups, left_out, options)

@@ -19,19 +19,25 @@
 //! and the first of alternative locations, count; waters, ligands and residues that are not amino acids
 //! are listed in [`Protein::left_out`]. There is no gravity. All in SI units.
 //!
-//! Files are parsed by `pdbtbx`, which panics on some damaged ones; that is caught and becomes an error
-//! where panics unwind.
+//! Of PDB the lines of atoms are checked here and parsed by `pdbtbx`; of mmCIF the table of atoms is read
+//! here into its structures. What stands beside the atoms has no effect.
 
+mod atom_site;
 mod chain;
+mod cif;
+mod columns;
 mod residue;
 
 use crate::{FileError, Problem, read_text};
 use core::f64::consts::PI;
 use glam::DVec3;
-use pdbtbx::{Context, Format, PDBError, ReadOptions, StrictnessLevel};
+use pdbtbx::{Context, Format, PDB, PDBError, ReadOptions, StrictnessLevel};
 use std::io::BufReader;
 use std::path::Path;
 use vertebra_assembly::{BodyId, Location, Model};
+
+/// Beyond this no coordinate [Angstrom] is meant.
+const FARTHEST: f64 = 1e6;
 
 /// How a structure becomes a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,7 +139,7 @@ pub fn read(path: impl AsRef<Path>, options: &Options) -> Result<Protein, FileEr
 /// # Errors
 /// [`FileError`], naming the line where it is known, and what is wrong.
 pub fn parse_pdb(text: &str, options: &Options) -> Result<Protein, FileError> {
-    parse(text, Format::Pdb, options)
+    parse(text, options, read_pdb)
 }
 
 /// Reads mmCIF text.
@@ -141,10 +147,14 @@ pub fn parse_pdb(text: &str, options: &Options) -> Result<Protein, FileError> {
 /// # Errors
 /// [`FileError`], naming the line where it is known, and what is wrong.
 pub fn parse_mmcif(text: &str, options: &Options) -> Result<Protein, FileError> {
-    parse(text, Format::Mmcif, options)
+    parse(text, options, atom_site::read)
 }
 
-fn parse(text: &str, format: Format, options: &Options) -> Result<Protein, FileError> {
+fn parse(
+    text: &str,
+    options: &Options,
+    read: impl Fn(&str) -> Result<PDB, FileError>,
+) -> Result<Protein, FileError> {
     for (quantity, value) in [
         (
             "the radius [m] of atoms in the options",
@@ -162,18 +172,25 @@ fn parse(text: &str, format: Format, options: &Options) -> Result<Protein, FileE
         }
     }
     check_characters(text)?;
+    let (chains, left_out) = residue::sort(&read(text)?);
+    chain::build(&chains, left_out, options)
+}
+
+/// The atoms of the first model of PDB text.
+fn read_pdb(text: &str) -> Result<PDB, FileError> {
+    let text = columns::checked(text)?;
     let read = || {
         ReadOptions::new()
-            .set_format(format)
+            .set_format(Format::Pdb)
             .set_level(StrictnessLevel::Loose)
             .set_only_first_model(true)
+            .set_only_atomic_coords(true)
             .read_raw(BufReader::new(text.as_bytes()))
     };
-    // The parser panics on fields it does not expect to be empty or absent.
+    // The parser panics where it finds what it does not expect; that is caught where panics unwind.
     let read = std::panic::catch_unwind(read).map_err(|panic| gave_up(panic.as_ref()))?;
     let (structure, _) = read.map_err(|errors| refused(&errors))?;
-    let (chains, left_out) = residue::sort(&structure);
-    chain::build(&chains, left_out, options)
+    Ok(structure)
 }
 
 /// Both formats are printable ASCII.

@@ -68,6 +68,7 @@ pub(super) fn read<'n, 'a>(
     node: Node<'n, 'a>,
 ) -> Result<Joint<'n, 'a>, FileError> {
     let name = reader.text(node, "name")?;
+    reader.ignore_attributes_but(node, &["name", "type"]);
     let mut kind = match reader.text(node, "type")? {
         "fixed" => Kind::Fixed,
         "revolute" | "continuous" => Kind::Revolute,
@@ -170,6 +171,7 @@ fn read_axis<'n, 'a>(
     let [xyz, limit, dynamics, mimic] = reader.only(node, names)?;
     axis.mimic = mimic.map(|node| read_mimic(reader, node)).transpose()?;
     if let Some(xyz) = xyz {
+        reader.ignore_attributes_but(xyz, &["expressed_in"]);
         let direction = DVec3::from_array(numbers(reader, xyz, "xyz")?);
         if direction == DVec3::ZERO {
             let problem = XmlProblem::NoRotation { attribute: "xyz" };

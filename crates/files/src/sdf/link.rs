@@ -25,18 +25,19 @@ pub(super) fn read<'n, 'a>(
     node: Node<'n, 'a>,
 ) -> Result<Link<'n, 'a>, FileError> {
     let name = reader.text(node, "name")?;
+    reader.ignore_attributes_but(node, &["name"]);
     let (mut pose, mut inertial) = (None, None);
     let (mut collisions, mut visuals) = (Vec::new(), Vec::new());
     for (tag, child) in reader.children(node)? {
         match tag {
             "pose" => reader.once(&mut pose, child)?,
             "inertial" => reader.once(&mut inertial, child)?,
-            "collision" => collisions.extend(shape(reader, child)?),
-            "visual" => visuals.extend(shape(reader, child)?),
+            "collision" => collisions.extend(shape(reader, child, name)?),
+            "visual" => visuals.extend(shape(reader, child, name)?),
             _ => reader.ignore_unknown(child, &["pose", "inertial", "collision", "visual"]),
         }
     }
-    let mass = mass(reader, inertial, &collisions)?;
+    let mass = mass(reader, inertial, name, &collisions)?;
     Ok(Link {
         node,
         name,
@@ -53,6 +54,7 @@ pub(super) fn read<'n, 'a>(
 fn mass<'a>(
     reader: &mut Reader<'a>,
     node: Option<Node<'_, 'a>>,
+    link: &str,
     collisions: &[(Pose, Shape)],
 ) -> Result<MassProperties, FileError> {
     let unit = MassProperties {
@@ -77,7 +79,7 @@ fn mass<'a>(
             collisions,
         );
     }
-    let pose = values::pose(reader, pose)?.pose;
+    let pose = own_pose(reader, pose, link)?;
     let mut properties = MassProperties {
         mass: number(reader, mass, "mass")?.unwrap_or(unit.mass),
         ..unit
@@ -97,6 +99,26 @@ fn mass<'a>(
         );
     }
     Ok(properties.placed(&pose))
+}
+
+/// A pose in the frame of the link itself.
+fn own_pose<'a>(
+    reader: &mut Reader<'a>,
+    node: Option<Node<'_, 'a>>,
+    link: &str,
+) -> Result<Pose, FileError> {
+    let stated = values::pose(reader, node)?;
+    match (stated.relative_to, node) {
+        (Some(other), Some(node)) if other != link => {
+            let problem = Problem::UnknownValue {
+                attribute: "relative_to",
+                found: other.to_owned(),
+                supported: "the frame of the link itself, in which masses and shapes are placed",
+            };
+            Err(FileError::new(reader.location(node), problem))
+        }
+        _ => Ok(stated.pose),
+    }
 }
 
 /// `<inertial auto="true">`: the shapes that collide weigh.
@@ -135,10 +157,11 @@ fn of_shapes(
 fn shape<'a>(
     reader: &mut Reader<'a>,
     node: Node<'_, 'a>,
+    link: &str,
 ) -> Result<Option<(Pose, Shape)>, FileError> {
     let [pose, geometry] = reader.only(node, ["pose", "geometry"])?;
     let geometry = reader.needed(node, "geometry", geometry)?;
-    let pose = values::pose(reader, pose)?.pose;
+    let pose = own_pose(reader, pose, link)?;
     for (tag, child) in reader.children(geometry)? {
         let known = match tag {
             "box" => "size",

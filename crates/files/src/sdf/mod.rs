@@ -6,8 +6,9 @@
 //! that no joint carries moves freely; a `static` model becomes [`Frame`](vertebra_assembly::Frame)s
 //! of the world.
 //! Poses are resolved as SDFormat 1.7 and later have it: `relative_to`, `<frame>`s with `attached_to`,
-//! joints at the child link where they state nothing, axes `expressed_in` any frame. A link without
-//! `<inertial>` weighs 1 kg, as SDFormat says.
+//! joints at the child link where they state nothing, axes `expressed_in` any frame, models placed by their
+//! `placement_frame`. A link without `<inertial>` weighs 1 kg, and in a world that states no gravity it is 9.8 m/s^2, as
+//! SDFormat says.
 //!
 //! ```
 //! use vertebra_files::sdf;
@@ -55,6 +56,9 @@ pub struct Import {
     pub ignored: Vec<Ignored>,
 }
 
+/// That of a world which states none [m/s^2].
+const GRAVITY: [f64; 3] = [0.0, 0.0, -9.8];
+
 /// Reads an SDF file.
 ///
 /// # Errors
@@ -87,7 +91,10 @@ pub fn parse(text: &str) -> Result<Import, FileError> {
     while let Some(node) = open.pop() {
         for (tag, child) in reader.children(node)? {
             match tag {
-                "world" if node == root => open.push(child),
+                "world" if node == root => {
+                    gravity = gravity.or(Some(GRAVITY));
+                    open.push(child);
+                }
                 "model" => models.push(child),
                 "gravity" if node != root => {
                     gravity = Some(values::numbers::<3>(&reader, child, "gravity")?);

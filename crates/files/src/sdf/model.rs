@@ -36,6 +36,7 @@ pub(super) fn read<'n, 'a>(
     let (mut links, mut joints) = (Vec::new(), Vec::new());
     let (mut pose, mut is_static) = (None, false);
     let mut stated_frames = Vec::new();
+    reader.ignore_attributes_but(node, &["name", "canonical_link", "placement_frame"]);
     for (tag, child) in reader.children(node)? {
         match tag {
             "link" => links.push(link::read(reader, child)?),
@@ -81,8 +82,10 @@ pub(super) fn read<'n, 'a>(
             location: reader.location(joint.node),
         }));
     }
+    let canonical = canonical_link(reader, node, &links)?;
     let mut named = Vec::new();
     for frame in stated_frames {
+        reader.ignore_attributes_but(frame, &["name", "attached_to"]);
         let name = reader.text(frame, "name")?;
         let [pose] = reader.only(frame, ["pose"])?;
         let attached_to = reader
@@ -93,33 +96,53 @@ pub(super) fn read<'n, 'a>(
             name,
             stated: values::pose(reader, pose)?,
             usual: attached_to,
-            attached_to,
+            // The model's own frame moves with its canonical link.
+            attached_to: attached_to.filter(|&name| name != MODEL).or(canonical),
             location: reader.location(frame),
         });
     }
     let stated = values::pose(reader, pose)?;
     if let Some(name) = stated.relative_to.filter(|&name| name != WORLD) {
-        let problem = Problem::UnknownName {
-            what: "frame of the world",
-            name: name.to_owned(),
-        };
-        return Err(FileError::new(reader.location(node), problem));
+        return Err(unknown(reader, node, "frame of the world", name));
     }
     let frames = Frames::new(statements)?;
-    let places = frames
-        .resolve()?
-        .into_iter()
-        .map(|place| stated.pose * place);
+    let places = frames.resolve()?;
+    let placed = match reader.optional_text(node, "placement_frame")? {
+        None | Some("" | MODEL) => Pose::IDENTITY,
+        Some(name) => match frames.find(name) {
+            Some(frame) => places[frame],
+            None => return Err(unknown(reader, node, "frame", name)),
+        },
+    };
+    let pose = stated.pose * placed.inverse();
     Ok(Read {
         links,
         joints,
-        places: places.collect(),
+        places: places.into_iter().map(|place| pose * place).collect(),
         frames,
         named,
-        pose: stated.pose,
+        pose,
         is_static,
         prefix,
     })
+}
+
+/// The link that the model's own frame moves with: the first, unless another is named.
+fn canonical_link<'n, 'a>(
+    reader: &Reader<'a>,
+    node: Node<'n, 'a>,
+    links: &[Link<'n, 'a>],
+) -> Result<Option<&'n str>, FileError> {
+    match reader.optional_text(node, "canonical_link")? {
+        None | Some("") => Ok(links.first().map(|link| link.name)),
+        Some(name) if links.iter().any(|link| link.name == name) => Ok(Some(name)),
+        Some(name) => Err(unknown(reader, node, "link", name)),
+    }
+}
+
+fn unknown(reader: &Reader<'_>, node: Node<'_, '_>, what: &'static str, name: &str) -> FileError {
+    let name = name.to_owned();
+    FileError::new(reader.location(node), Problem::UnknownName { what, name })
 }
 
 impl Read<'_, '_> {
@@ -134,13 +157,7 @@ impl Read<'_, '_> {
         if name == WORLD {
             return Ok(None);
         }
-        let unknown = || {
-            let problem = Problem::UnknownName {
-                what: "link",
-                name: name.to_owned(),
-            };
-            FileError::new(reader.location(joint.node), problem)
-        };
+        let unknown = || unknown(reader, joint.node, "link", name);
         let carrier = self
             .frames
             .carrier(self.frames.find(name).ok_or_else(unknown)?)?;
@@ -173,13 +190,7 @@ impl Read<'_, '_> {
                 Some(name) if name == MODEL => self.pose.rotation,
                 Some(name) => match self.frames.find(name) {
                     Some(frame) => self.places[frame].rotation,
-                    None => {
-                        let problem = Problem::UnknownName {
-                            what: "frame",
-                            name: name.to_owned(),
-                        };
-                        return Err(FileError::new(reader.location(joint.node), problem));
-                    }
+                    None => return Err(unknown(reader, joint.node, "frame", name)),
                 },
             };
             Ok(own.conjugate() * (frame * axis.direction))

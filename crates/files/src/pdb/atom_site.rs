@@ -1,0 +1,289 @@
+//! The atoms of an mmCIF file: its table `_atom_site`.
+//!
+//! Read here, since the crate that parses PDB says of mmCIF neither in which line something is wrong nor
+//! that a number is too long for it. What else the file holds must be CIF, and is passed over.
+
+use super::FARTHEST;
+use super::cif::{Kind, Word, Words};
+use crate::{FileError, Problem};
+use pdbtbx::{Atom, Model, PDB};
+
+/// A column by its names, of which the first that has a value counts, and whether it must be there.
+type Column = (&'static [&'static str], bool);
+
+const POSITION: [Column; 3] = [
+    (&["Cartn_x"], true),
+    (&["Cartn_y"], true),
+    (&["Cartn_z"], true),
+];
+const NAME: Column = (&["label_atom_id", "auth_atom_id"], true);
+const RESIDUE: Column = (&["label_comp_id", "auth_comp_id"], true);
+const CHAIN: Column = (&["auth_asym_id", "label_asym_id"], true);
+const NUMBER: Column = (&["auth_seq_id", "label_seq_id"], true);
+const ELEMENT: Column = (&["type_symbol"], true);
+const RECORD: Column = (&["group_PDB"], false);
+const ALTERNATIVE: Column = (&["label_alt_id"], false);
+const INSERTION: Column = (&["pdbx_PDB_ins_code"], false);
+const MODEL: Column = (&["pdbx_PDB_model_num"], false);
+
+/// The atoms of the first model.
+pub(super) fn read(text: &str) -> Result<PDB, FileError> {
+    let mut words = Words::new(text)?;
+    let (first, start) = (
+        words.take()?,
+        "`data_` and a name, with which mmCIF starts,",
+    );
+    match first {
+        Some(word) if word.kind == Kind::Block => {}
+        Some(word) => return Err(word.refused("the structure", start)),
+        None => return Err(words.ended("the structure", start)),
+    }
+    let mut atoms: Option<Model> = None;
+    while let Some(word) = words.take()? {
+        match word.kind {
+            Kind::Loop => {
+                let Some(table) = read_loop(&mut words, word)? else {
+                    continue;
+                };
+                if atoms.replace(table).is_some() {
+                    let problem = Problem::Contradiction {
+                        first: "this table",
+                        second: "the one before",
+                    };
+                    return Err(FileError::on_line(word.line, "`_atom_site`", problem));
+                }
+            }
+            Kind::Tag if column_name(word.text).is_some() => {
+                let table = "`loop_`, since atoms stand in a table,";
+                return Err(word.refused("`_atom_site`", table));
+            }
+            Kind::Tag => {
+                if words.take_if(is_value)?.is_none() {
+                    let element = format!("`{}`", word.text);
+                    return Err(match words.peek() {
+                        Some(next) => next.refused(element, "its value"),
+                        None => words.ended(element, "its value"),
+                    });
+                }
+            }
+            Kind::Block => {
+                let end = "the end of the text, for only one structure is read,";
+                return Err(word.refused("the structure", end));
+            }
+            Kind::Reserved | Kind::Value | Kind::Nothing => {
+                return Err(word.refused("the structure", "`loop_` or the name of an item"));
+            }
+        }
+    }
+    let Some(atoms) = atoms else {
+        let problem = Problem::Empty(
+            "has no atoms, which stand in a `loop_` of `_atom_site`; choose a file with coordinates",
+        );
+        return Err(FileError::on_line(0, "the structure", problem));
+    };
+    let mut structure = PDB::new();
+    structure.add_model(atoms);
+    Ok(structure)
+}
+
+const fn is_value(kind: Kind) -> bool {
+    matches!(kind, Kind::Value | Kind::Nothing)
+}
+
+/// What stands behind `_atom_site.`, in any case.
+fn column_name(tag: &str) -> Option<&str> {
+    const CATEGORY: &str = "_atom_site.";
+    let (category, name) = tag.split_at_checked(CATEGORY.len())?;
+    category.eq_ignore_ascii_case(CATEGORY).then_some(name)
+}
+
+/// Reads a loop behind its `loop_`, and gives its first model if it is that of atoms.
+fn read_loop<'t>(words: &mut Words<'t>, start: Word<'t>) -> Result<Option<Model>, FileError> {
+    let mut tags: Vec<Word<'t>> = Vec::new();
+    while let Some(tag) = words.take_if(|kind| kind == Kind::Tag)? {
+        tags.push(tag);
+    }
+    let Some(&first) = tags.first() else {
+        return Err(start.refused("the structure", "`loop_` and the names of its columns"));
+    };
+    let mut table = match column_name(first.text) {
+        Some(_) => Some(Table::new(&tags)?),
+        None => None,
+    };
+    let mut row: Vec<Word<'t>> = Vec::with_capacity(tags.len());
+    let mut rows = 0;
+    while let Some(value) = words.take_if(is_value)? {
+        row.push(value);
+        if row.len() == tags.len() {
+            rows += 1;
+            if let Some(table) = &mut table {
+                table.add(&row, rows)?;
+            }
+            row.clear();
+        }
+    }
+    let element = format!("row {} of the table from `{}` on", rows + 1, first.text);
+    if let Some(value) = row.first() {
+        let problem = Problem::IncompleteRow {
+            columns: tags.len(),
+            found: row.len(),
+        };
+        return Err(FileError::on_line(value.line, element, problem));
+    }
+    if rows == 0 {
+        let problem = Problem::IncompleteRow {
+            columns: tags.len(),
+            found: 0,
+        };
+        return Err(FileError::on_line(first.line, element, problem));
+    }
+    Ok(table.map(|table| table.model))
+}
+
+/// The table of atoms.
+struct Table<'t> {
+    /// Names of its columns, in lower case.
+    columns: Vec<String>,
+    model: Model,
+    /// What the first row calls its model.
+    first: Option<&'t str>,
+}
+
+impl<'t> Table<'t> {
+    fn new(tags: &[Word<'t>]) -> Result<Self, FileError> {
+        let mut columns: Vec<String> = Vec::with_capacity(tags.len());
+        for tag in tags {
+            let Some(name) = column_name(tag.text) else {
+                return Err(tag.refused("`_atom_site`", "another column of the same table"));
+            };
+            let name = name.to_ascii_lowercase();
+            if let Some(before) = columns.iter().position(|other| *other == name) {
+                let problem = Problem::DuplicateName {
+                    first_line: u32::try_from(tags[before].line).unwrap_or(u32::MAX),
+                };
+                return Err(FileError::on_line(
+                    tag.line,
+                    format!("`{}`", tag.text),
+                    problem,
+                ));
+            }
+            columns.push(name);
+        }
+        let table = Self {
+            columns,
+            model: Model::new(1),
+            first: None,
+        };
+        let others = [NAME, RESIDUE, CHAIN, NUMBER, ELEMENT];
+        for (names, _) in POSITION.into_iter().chain(others) {
+            if !names.iter().any(|name| table.index(name).is_some()) {
+                let problem = Problem::MissingColumn { column: names[0] };
+                let line = tags.first().map_or(0, |tag| tag.line);
+                return Err(FileError::on_line(line, "`_atom_site`", problem));
+            }
+        }
+        Ok(table)
+    }
+
+    fn index(&self, name: &str) -> Option<usize> {
+        let same = |column: &String| column.eq_ignore_ascii_case(name);
+        self.columns.iter().position(same)
+    }
+
+    /// Takes up a row, which is counted from 1; those of further models are looked at and left.
+    fn add(&mut self, row: &[Word<'t>], count: usize) -> Result<(), FileError> {
+        let row = Row {
+            table: self,
+            words: row,
+            count,
+        };
+        if let Some(record) = row.value(RECORD)?
+            && !matches!(record.text, "ATOM" | "HETATM")
+        {
+            let expected = "ATOM or HETATM (or the row before has a value too many or too few)";
+            return Err(row.refused(record, RECORD, expected));
+        }
+        let [x, y, z] = [
+            row.coordinate(POSITION[0])?,
+            row.coordinate(POSITION[1])?,
+            row.coordinate(POSITION[2])?,
+        ];
+        let (name, element) = (row.needed(NAME)?, row.needed(ELEMENT)?);
+        let (residue, chain) = (row.needed(RESIDUE)?, row.needed(CHAIN)?);
+        let number = row.needed(NUMBER)?;
+        let number_of_residue: isize = match number.text.parse() {
+            Ok(number) => number,
+            Err(_) => return Err(row.refused(number, NUMBER, "a whole number")),
+        };
+        let text = |word: Option<Word<'t>>| word.map(|word| word.text);
+        let (alternative, insertion) = (text(row.value(ALTERNATIVE)?), text(row.value(INSERTION)?));
+        let model = text(row.value(MODEL)?);
+        let atom = Atom::new(false, count, name.text, x, y, z, 1.0, 0.0, element.text, 0);
+        let Some(atom) = atom else {
+            return Err(row.refused(name, NAME, "the name of an atom"));
+        };
+        if count == 1 {
+            self.first = model;
+        }
+        if model == self.first {
+            let residue_id = (number_of_residue, insertion);
+            self.model
+                .add_atom(atom, chain.text, residue_id, (residue.text, alternative));
+        }
+        Ok(())
+    }
+}
+
+/// A row of the table.
+struct Row<'r, 't> {
+    table: &'r Table<'t>,
+    words: &'r [Word<'t>],
+    count: usize,
+}
+
+impl<'t> Row<'_, 't> {
+    /// What stands in a column: letters and digits, if anything.
+    fn value(&self, column: Column) -> Result<Option<Word<'t>>, FileError> {
+        let indices = column.0.iter().filter_map(|name| self.table.index(name));
+        let mut words = indices.map(|index| self.words[index]);
+        let Some(word) = words.find(|word| word.kind == Kind::Value) else {
+            return Ok(None);
+        };
+        let is_plain = word.text.chars().all(|c| c == ' ' || c.is_ascii_graphic());
+        match is_plain && !word.text.trim().is_empty() {
+            true => Ok(Some(word)),
+            false => Err(self.refused(word, column, "text in one line")),
+        }
+    }
+
+    fn needed(&self, column: Column) -> Result<Word<'t>, FileError> {
+        match self.value(column)? {
+            Some(word) => Ok(word),
+            None => {
+                let index = column.0.iter().find_map(|name| self.table.index(name));
+                let word = self.words[index.unwrap_or_default()];
+                Err(self.refused(word, column, "a value"))
+            }
+        }
+    }
+
+    /// A number [Angstrom], with or without its uncertainty in parentheses.
+    fn coordinate(&self, column: Column) -> Result<f64, FileError> {
+        let word = self.needed(column)?;
+        let digits = match word.text.split_once('(') {
+            Some((digits, uncertainty)) if uncertainty.ends_with(')') => digits,
+            _ => word.text,
+        };
+        let number = digits.parse::<f64>().ok();
+        number
+            .filter(|number| number.abs() <= FARTHEST)
+            .ok_or_else(|| self.refused(word, column, "a coordinate [Angstrom]"))
+    }
+
+    fn refused(&self, word: Word<'_>, column: Column, expected: &'static str) -> FileError {
+        let there = |name: &&&str| self.table.index(name).is_some();
+        let name = column.0.iter().find(there).unwrap_or(&column.0[0]);
+        let element = format!("`_atom_site.{name}` of row {}", self.count);
+        word.refused(element, expected)
+    }
+}
