@@ -340,7 +340,7 @@ fn check_length(name: &str, length: f64) -> Result<(), ModelError> {
     }
     Err(ModelError::OutOfRange {
         quantity: "distance",
-        element: name.to_owned(),
+        element: name.into(),
         value: length,
         requirement: "above zero; a ball keeps two points together",
     })

@@ -231,7 +231,10 @@ impl<'a> Edit<'a> {
         let mut parent = parent.map(|parent| self.known(parent)).transpose()?;
         let mass = match matter.into().mass_properties() {
             Ok(mass) => mass,
-            Err(source) => return Err(ModelError::BodyShape { body: name, source }),
+            Err(source) => {
+                let source = Box::new(source);
+                return Err(ModelError::BodyShape { body: name, source });
+            }
         };
         let row: Vec<_> = joint.into().bodies(name, None, mass).collect();
         validate::check_count(self.parents.len() + row.len())?;

@@ -185,7 +185,7 @@ pub enum ModelError {
         /// Which number.
         quantity: &'static str,
         /// Body or loop it belongs to.
-        element: String,
+        element: Box<str>,
         /// The number.
         value: f64,
         /// What it must be.
@@ -197,7 +197,7 @@ pub enum ModelError {
         /// The body.
         body: String,
         /// Why.
-        source: SolidError,
+        source: Box<SolidError>,
     },
     /// An inertia matrix that is not symmetric.
     #[error(
@@ -327,8 +327,8 @@ impl ModelError {
             }
             | Self::AbsurdSize {
                 quantity, element, ..
-            }
-            | Self::OutOfRange {
+            } => (Some(element), quantity.starts_with("joint")),
+            Self::OutOfRange {
                 quantity, element, ..
             } => (Some(element), quantity.starts_with("joint")),
             Self::UnknownParent { body, .. } | Self::UnknownBody { user: body, .. } => {

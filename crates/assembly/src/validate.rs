@@ -378,7 +378,7 @@ fn check_restitution(body: &str, restitution: f64) -> Result<(), ModelError> {
     if restitution > 1.0 {
         return Err(ModelError::OutOfRange {
             quantity: "joint restitution",
-            element: body.to_owned(),
+            element: body.into(),
             value: restitution,
             requirement: "between 0 and 1",
         });
