@@ -1,11 +1,12 @@
 //! Slips of the pen in names.
 
-/// The known name that a word is nearly spelt like: one letter off from names of four and five, two from
-/// longer ones. Shorter names are too much alike.
+/// The known name that a word is nearly spelt like: two neighbours exchanged in names of three letters, one letter
+/// off from names of four and five, two from longer ones. Shorter names are too much alike.
 pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let apart = known.filter_map(|name| {
         let allowed = match name.len() {
-            0..=3 => 0,
+            0..=2 => 0,
+            3 => usize::from(is_anagram(word, name)),
             4..=5 => 1,
             _ => 2,
         };
@@ -16,6 +17,14 @@ pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> O
     });
     let nearest = apart.min_by_key(|&(_, apart)| apart);
     nearest.map(|(name, _)| name)
+}
+
+/// Whether two words are made of the same bytes.
+fn is_anagram(a: &str, b: &str) -> bool {
+    let [mut a, mut b] = [a, b].map(|word| word.as_bytes().to_vec());
+    a.sort_unstable();
+    b.sort_unstable();
+    a == b
 }
 
 /// Letters to change, insert, take away or exchange with their neighbours that make one word of the other (the
@@ -62,7 +71,10 @@ mod tests {
         );
         assert_eq!(nearest("axes", known.into_iter()), Some("axis"));
         assert_eq!(nearest("rnage", known.into_iter()), Some("range"));
-        for other in ["margin", "group", "user", "po", "damping", "xyz", "solref"] {
+        assert_eq!(nearest("pso", known.into_iter()), Some("pos"));
+        for other in [
+            "sop", "margin", "group", "user", "po", "damping", "xyz", "solref",
+        ] {
             assert_eq!(nearest(other, known.into_iter()), None, "{other}");
         }
     }
