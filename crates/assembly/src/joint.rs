@@ -277,7 +277,7 @@ impl Joint {
         self
     }
 
-    /// Sets dry friction [N m or N].
+    /// Sets dry friction [N m or N]. Where it holds a joint, that creeps by up to 1e-5 rad/s or m/s.
     #[must_use]
     pub const fn with_friction(mut self, friction: f64) -> Self {
         self.friction = friction;
