@@ -133,10 +133,16 @@ pub fn loaded() -> Outcome {
         let simulation =
             |options: &SolverOptions| Simulation::new(model.clone())?.with_solver(options);
         let (expected, work, off) = moved(&mut simulation(&reference)?, &state)?;
-        let scale = works(&work).into_iter().map(f64::abs).fold(1.0, worst_of);
+        let mut still = simulation(&reference)?;
+        still.set_state(state.clone())?;
+        let moving = still.mechanics()?.kinetic_energy;
+        let scale = works(&work)
+            .into_iter()
+            .map(f64::abs)
+            .fold(moving, worst_of);
         for (options, lost) in ways() {
             let mut solver = Solver::new(&model, &options)?;
-            let way = solver.choice().to_string();
+            let (way, tree) = (solver.choice().to_string(), solver.choice().tree);
             let name = |what| format!("{} {index}, {what}, {way}", model.name());
             let found = solver.forward_dynamics(&model, &state, forces)?;
             let error = relative_error(found, &exact);
@@ -150,7 +156,7 @@ pub fn loaded() -> Outcome {
                 let error = relative_error(&works(&done), &works(&work));
                 figures.push(Figure::new(name("work"), error, 1e-5));
             }
-            let rounding = 32.0 * f64::from(f32::EPSILON).sqrt() * scale;
+            let rounding = 32.0 * tree.epsilon().sqrt() * scale;
             let balance = Figure::new(name("energy"), gone.abs(), 4.0 * off.abs() + rounding);
             figures.push(balance);
             if let Some(open) = simulation.loop_violation()? {

@@ -16,7 +16,7 @@ const SERIAL: f64 = 0.06;
 /// Time to hand a round to several threads and wait for them \[s\].
 const ROUND: f64 = 2.2e-6;
 
-/// Time of a correction, joint forces included once, as part of a solution's: \[first, others\].
+/// Time of a correction as part of a solution's: \[first, others\].
 const CORRECTION: [[f64; 2]; 2] = [[0.36, 0.36], [0.36, 0.35]];
 
 /// Time of a solution whose response to rounding is had and then so many corrections, as a multiple of the

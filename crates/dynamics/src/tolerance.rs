@@ -37,16 +37,17 @@ pub(crate) const CAUTION: f64 = 1000.0;
 /// is asked for less.
 pub(crate) const ROUNDING: f64 = 1024.0;
 
-/// The largest residual, which is a part of the equations' terms, before a correction that is believed.
+/// The same once the drift of the bodies' places is taken out, which is done where less is asked for.
+const SETTLED: f64 = 64.0;
+
+/// The largest residual, which is a part of the equations' terms, before a correction by factors in f32 that is believed. More
+/// exact ones are not asked: where all terms cancel, as those of a body that only falls do, what is left is all rounding.
 const LEFT: f64 = 0.1;
 
 /// The largest ratio of the masses of a model's bodies, and of their moments of inertia, for factors in f32: over four
 /// decades of masses these have digits at the end of the distribution too, over more they may have none
 /// (`docs/accuracy.md`).
 const SPREAD: f64 = 1e4;
-
-/// The same once the drift of the bodies' places is taken out, which is done where less is asked for.
-const SETTLED: f64 = 64.0;
 
 /// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
 /// the bodies' equations ([`Loads::Rounding`]), which is a random sample of it.
@@ -404,7 +405,8 @@ impl Ladder {
             achieved.sweeps += 1;
             achieved.residual = residual;
             let converges = change <= 0.5 * before;
-            achieved.error = if converges && residual <= LEFT {
+            let is_theirs = rung.tree != Precision::F32 || residual <= LEFT;
+            achieved.error = if converges && is_theirs {
                 change * expected.min(1.0)
             } else {
                 // Not one digit is known.

@@ -412,3 +412,47 @@ fn balanced_loads_are_what_errors_are_measured_by() {
         }
     }
 }
+
+/// Of a figure that only falls all terms of the equations cancel: what is left of them is large beside them, and no reason to refuse.
+#[test]
+fn falling_bodies_meet_a_tolerance() {
+    let off = Pose::from_translation(DVec3::new(0.2, -0.1, 0.3));
+    let rod = MassProperties::rod(1.0, 1.0, 0.05).placed(&off);
+    let figure = ModelDescription::new("figure")
+        .body("trunk", None, Joint::free(), rod)
+        .body("arm", Some("trunk"), Joint::revolute(DVec3::X), rod)
+        .build()
+        .unwrap();
+    let kite = ModelDescription::new("kite")
+        .body("frame", None, Joint::free(), MassProperties::MASSLESS)
+        .body("rod", Some("frame"), Joint::fixed(), rod)
+        .build()
+        .unwrap();
+    for model in [figure, kite] {
+        for seed in 0..16 {
+            let mut state = State::random(&model, seed);
+            state.qd.fill(0.0);
+            let forces = Forces::none(&model);
+            for algorithm in [Algorithm::Aba, Algorithm::Dca] {
+                for tolerance in [1e-2, 1e-6, 1e-9, 1e-12] {
+                    let options = SolverOptions {
+                        algorithm: Some(algorithm),
+                        ..SolverOptions::to_tolerance(tolerance)
+                    };
+                    let mut solver = Solver::new(&model, &options).unwrap();
+                    let found = solver.forward_dynamics(&model, &state, &forces);
+                    // Falling is -g of the frame, whatever it looks like.
+                    let fall = found.unwrap()[3..6]
+                        .iter()
+                        .map(|a| a * a)
+                        .sum::<f64>()
+                        .sqrt();
+                    assert!(
+                        (fall / 9.81 - 1.0).abs() <= tolerance,
+                        "seed {seed}: {fall}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -48,8 +48,13 @@ impl Loops {
                 self.settle(method, ITERATIONS);
             }
             let change = self.changed(least);
+            if change > 0.5 * before {
+                // Not one digit is known.
+                error = 1.0;
+                break;
+            }
             error = change * (CAUTION * change / before).min(1.0);
-            if error <= ladder.tolerance() || change > 0.5 * before {
+            if error <= ladder.tolerance() {
                 break;
             }
             before = change;
@@ -98,7 +103,10 @@ impl Loops {
     fn left(&self) -> f64 {
         let of_constraint = |constraint: &Constraint| {
             let rows = constraint.rows.clone();
-            let terms = rows.map(|row| self.terms(constraint, row));
+            let terms = rows.map(|row| {
+                let (left, size) = self.terms(constraint, row);
+                (left * self.row_scales[row], size * self.row_scales[row])
+            });
             let (left, size) = terms.fold((0.0_f64, 0.0_f64), |(left, size), (row, own)| {
                 (left.max(row.abs()), size.max(own))
             });
