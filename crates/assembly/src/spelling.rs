@@ -1,21 +1,34 @@
 //! Slips of the pen in names.
 
 /// The known name that a word is nearly spelt like: one letter off from names of four and five, two from
-/// longer ones. Shorter names are too much alike.
-pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+/// longer ones. Shorter names are too much alike; of three letters two neighbours may have changed places.
+#[must_use]
+pub fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let apart = known.filter_map(|name| {
         let allowed = match name.len() {
-            0..=3 => 0,
-            4..=5 => 1,
+            0..=2 => 0,
+            3..=5 => 1,
             _ => 2,
         };
         // No more bytes differ than letters of four each.
         let is_like = name.len().abs_diff(word.len()) <= 4 * allowed;
         let apart = if is_like { distance(word, name) } else { 0 };
-        (1..=allowed).contains(&apart).then_some((name, apart))
+        let is_slip =
+            (1..=allowed).contains(&apart) && (name.len() > 3 || same_letters(word, name));
+        is_slip.then_some((name, apart))
     });
-    let nearest = apart.min_by_key(|&(_, apart)| apart);
+    // Of several the first by name, in whatever order they are known.
+    let nearest = apart.min_by_key(|&(name, apart)| (apart, name));
     nearest.map(|(name, _)| name)
+}
+
+fn same_letters(a: &str, b: &str) -> bool {
+    let [a, b] = [a, b].map(|word| {
+        let mut letters: Vec<char> = word.chars().collect();
+        letters.sort_unstable();
+        letters
+    });
+    a == b
 }
 
 /// Letters to change, insert, take away or exchange with their neighbours that make one word of the other (the
@@ -62,7 +75,10 @@ mod tests {
         );
         assert_eq!(nearest("axes", known.into_iter()), Some("axis"));
         assert_eq!(nearest("rnage", known.into_iter()), Some("range"));
-        for other in ["margin", "group", "user", "po", "damping", "xyz", "solref"] {
+        assert_eq!(nearest("pso", known.into_iter()), Some("pos"));
+        for other in [
+            "margin", "group", "user", "po", "pot", "damping", "xyz", "solref",
+        ] {
             assert_eq!(nearest(other, known.into_iter()), None, "{other}");
         }
     }
