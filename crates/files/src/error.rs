@@ -196,7 +196,7 @@ pub enum Problem {
     #[error("{problem}; {slip}")]
     AfterSlip {
         /// What is wrong.
-        problem: Box<Problem>,
+        problem: Box<Self>,
         /// The element or attribute, whose name is nearly spelt like one that is read.
         slip: Box<Ignored>,
     },
