@@ -40,6 +40,9 @@ pub enum Command {
         /// Print every figure, not only the one nearest to its bound.
         #[arg(long)]
         figures: bool,
+        /// Run the checks of the processor that take minutes, too.
+        #[arg(long)]
+        full: bool,
         /// What to test. A GPU is the one that the environment variable VERTEBRA_ADAPTER names, or
         /// the best there is.
         #[arg(long, value_enum, default_value = "cpu")]

@@ -24,9 +24,10 @@ fn main() -> ExitCode {
         Command::Report(arguments) => report(&arguments).map(|()| Outcome::Success),
         Command::Selftest {
             figures,
+            full,
             backend,
             only,
-        } => selftest::selftest(backend, figures, &only).map(Outcome::of),
+        } => selftest::selftest(backend, figures, full, &only).map(Outcome::of),
         Command::Replay { file, dump, rows } => {
             replay::replay(&file, dump.as_deref(), rows).map(Outcome::of)
         }

@@ -4,12 +4,17 @@ use crate::cli::Backend;
 use crate::suite::{self, Figure, Outcome};
 use std::time::Instant;
 
-/// Runs the checks of a backend whose names have one of the parts `only`, or all if there are none;
-/// prints the worst figure of each, or all of them, and says whether all pass.
+/// Runs the checks of a backend whose names have one of the parts `only`, or all if there are none, those that take
+/// minutes if `full`; prints the worst figure of each, or all of them, and says whether all pass.
 ///
 /// # Errors
 /// If there is no GPU to test, or no check of such a name.
-pub fn selftest(backend: Backend, all_figures: bool, only: &[String]) -> anyhow::Result<bool> {
+pub fn selftest(
+    backend: Backend,
+    all_figures: bool,
+    full: bool,
+    only: &[String],
+) -> anyhow::Result<bool> {
     let mut counts = [0_usize; 2];
     let mut run = |label: &str, check: &mut dyn FnMut() -> Outcome| {
         if !only.is_empty() && !only.iter().any(|part| label.contains(part.as_str())) {
@@ -43,7 +48,7 @@ pub fn selftest(backend: Backend, all_figures: bool, only: &[String]) -> anyhow:
     };
     let start = Instant::now();
     match backend {
-        Backend::Cpu => cpu(&mut run),
+        Backend::Cpu => cpu(&mut run, full),
         Backend::Gpu => gpu(&mut run)?,
     }
     let [passed, failed] = counts;
@@ -61,7 +66,7 @@ pub fn selftest(backend: Backend, all_figures: bool, only: &[String]) -> anyhow:
 type Run<'a> = dyn FnMut(&str, &mut dyn FnMut() -> Outcome) + 'a;
 
 /// Every check with every solver it applies to.
-fn cpu(run: &mut Run<'_>) {
+fn cpu(run: &mut Run<'_>, full: bool) {
     let solvers = suite::solver::all();
     for check in suite::DYNAMICS {
         for solver in solvers.iter().filter(|s| (check.applies)(s.as_ref())) {
@@ -69,7 +74,8 @@ fn cpu(run: &mut Run<'_>) {
             run(&label, &mut || (check.run)(solver.as_ref()));
         }
     }
-    for (name, check) in suite::OTHERS {
+    let long = if full { suite::LONG } else { &[] };
+    for (name, check) in suite::OTHERS.iter().chain(long) {
         run(name, &mut || check());
     }
 }

@@ -110,6 +110,9 @@ pub const OTHERS: &[(&str, Check)] = &[
     ("no_nan", crate::fuzz::no_nan),
 ];
 
+/// Checks that take minutes, by name: run where they are asked for.
+pub const LONG: &[(&str, Check)] = &[("long_loop_violations", loops::violations_of_long_runs)];
+
 /// The larger of two errors; NaN, which `f64::max` would drop, is the worst.
 #[must_use]
 pub fn worst_of(a: f64, b: f64) -> f64 {

@@ -22,7 +22,8 @@ const CHANGES: [(&str, Change); 5] = [
     ("add", |edit, count| {
         let mass = MassProperties::sphere(1.0, 0.1);
         let name = format!("added {count}");
-        edit.add(name, Some(BodyId(COUNT / 2)), Joint::spherical(), mass)
+        edit.add(name, Some(BodyId(COUNT / 2)), Joint::spherical(), mass)?;
+        Ok(())
     }),
     ("cut", |edit, count| edit.cut(BodyId(COUNT / 2 - count))),
     ("reattach", |edit, count| {

@@ -215,7 +215,7 @@ impl ModelDescription {
     }
 }
 
-/// Checks loops and couplings, given the bodies' indices by name: of each the first thing that is wrong.
+/// Checks loops and couplings, given the bodies' indices by name.
 pub(crate) fn check(
     description: &ModelDescription,
     by_name: &HashMap<&str, usize>,
@@ -223,57 +223,70 @@ pub(crate) fn check(
 ) {
     let mut names = HashSet::new();
     for (index, closed) in description.loops.iter().enumerate() {
-        let named = check_name("loop", index, &closed.name, &mut names);
-        problems.extend(named.and_then(|()| check_loop(closed, by_name)).err());
+        problems.extend(check_name("loop", index, &closed.name, &mut names).err());
+        check_loop(closed, by_name, problems);
     }
     for (index, coupling) in description.couplings.iter().enumerate() {
-        let named = check_name("coupling", index, &coupling.name, &mut names);
-        let checked = named.and_then(|()| check_coupling(description, coupling, by_name));
-        problems.extend(checked.err());
+        problems.extend(check_name("coupling", index, &coupling.name, &mut names).err());
+        check_coupling(description, coupling, by_name, problems);
     }
 }
 
-fn check_loop(closed: &LoopDescription, by_name: &HashMap<&str, usize>) -> Result<(), ModelError> {
+fn check_loop(
+    closed: &LoopDescription,
+    by_name: &HashMap<&str, usize>,
+    problems: &mut Vec<ModelError>,
+) {
     for body in closed.bodies.iter().flatten() {
-        known(&closed.name, body, by_name)?;
+        problems.extend(known(&closed.name, body, by_name).err());
     }
     if closed.bodies[0] == closed.bodies[1] {
-        return Err(ModelError::SelfLoop {
+        problems.push(ModelError::SelfLoop {
             name: closed.name.clone(),
         });
     }
-    for placement in &closed.placements {
-        validate::check_placement("placement", &closed.name, placement)?;
+    check_places(&closed.name, &closed.placements, problems);
+    check_closure(&closed.name, &closed.closure, problems);
+}
+
+/// Checks where the frames of a loop are on its bodies.
+pub(crate) fn check_places(name: &str, placements: &[Pose; 2], problems: &mut Vec<ModelError>) {
+    let quantities = [
+        "placement on the first body",
+        "placement on the second body",
+    ];
+    for (quantity, placement) in quantities.into_iter().zip(placements) {
+        problems.extend(validate::check_placement(quantity, name, placement).err());
     }
-    check_closure(&closed.name, &closed.closure)
 }
 
 fn check_coupling(
     description: &ModelDescription,
     coupling: &CouplingDescription,
     by_name: &HashMap<&str, usize>,
-) -> Result<(), ModelError> {
-    validate::finite("coupling ratio", &coupling.name, coupling.ratio)?;
-    validate::finite("coupling offset", &coupling.name, coupling.offset)?;
-    for body in [&coupling.body, &coupling.other] {
-        let freedoms = description.bodies[known(&coupling.name, body, by_name)?]
-            .joint
-            .kind
-            .dof_count();
-        if freedoms != 1 {
-            return Err(ModelError::CoupledFreedoms {
-                name: coupling.name.clone(),
+    problems: &mut Vec<ModelError>,
+) {
+    let name = &coupling.name;
+    problems.extend(validate::finite("coupling ratio", name, coupling.ratio).err());
+    problems.extend(validate::finite("coupling offset", name, coupling.offset).err());
+    let bodies = [&coupling.body, &coupling.other];
+    let is_self = bodies[0] == bodies[1];
+    for body in bodies.into_iter().skip(usize::from(is_self)) {
+        let found = known(name, body, by_name);
+        let freedoms = found.map(|index| description.bodies[index].joint.kind.dof_count());
+        match freedoms {
+            Ok(1) => {}
+            Ok(freedoms) => problems.push(ModelError::CoupledFreedoms {
+                name: name.clone(),
                 body: body.clone(),
                 freedoms,
-            });
+            }),
+            Err(unknown) => problems.push(unknown),
         }
     }
-    if coupling.body == coupling.other {
-        return Err(ModelError::SelfLoop {
-            name: coupling.name.clone(),
-        });
+    if is_self {
+        problems.push(ModelError::SelfLoop { name: name.clone() });
     }
-    Ok(())
 }
 
 fn check_name<'a>(
@@ -299,45 +312,53 @@ fn known(user: &str, body: &str, by_name: &HashMap<&str, usize>) -> Result<usize
     })
 }
 
-pub(crate) fn check_closure(name: &str, closure: &Closure) -> Result<(), ModelError> {
+pub(crate) fn check_closure(name: &str, closure: &Closure, problems: &mut Vec<ModelError>) {
+    let mut note = |checked: Result<(), ModelError>| problems.extend(checked.err());
+    let is_axis = |axis: DVec3| validate::check_axis("axis of a closure", name, axis);
     match *closure {
-        Closure::Weld | Closure::Ball => Ok(()),
+        Closure::Weld | Closure::Ball => {}
         Closure::Revolute { axis }
         | Closure::Prismatic { axis }
         | Closure::Cylindrical { axis }
-        | Closure::Planar { normal: axis } => check_axis(name, axis),
+        | Closure::Planar { normal: axis } => note(is_axis(axis)),
         Closure::Screw { axis, pitch } => {
-            validate::finite("pitch", name, pitch)?;
-            check_axis(name, axis)
+            note(validate::finite("pitch", name, pitch));
+            note(is_axis(axis));
         }
         Closure::Universal { first, second } => {
-            check_axis(name, first)?;
-            check_axis(name, second)
+            note(is_axis(first));
+            note(is_axis(second));
         }
-        Closure::Distance { length } => {
-            validate::finite("distance", name, length)?;
-            if length > 0.0 {
-                return Ok(());
-            }
-            Err(ModelError::BadParameter {
-                parameter: "the distance of a closure",
-                requirement: "above zero; a ball keeps two points together",
-            })
-        }
+        Closure::Distance { length } => note(check_length(name, length)),
     }
 }
 
-fn check_axis(name: &str, axis: DVec3) -> Result<(), ModelError> {
-    validate::finite_vector("axis of a closure", name, axis)?;
-    if axis == DVec3::ZERO {
-        return Err(ModelError::ZeroAxis {
-            body: name.to_owned(),
-        });
+fn check_length(name: &str, length: f64) -> Result<(), ModelError> {
+    validate::finite("distance", name, length)?;
+    if length > 0.0 {
+        return Ok(());
     }
-    Ok(())
+    Err(ModelError::OutOfRange {
+        quantity: "distance",
+        element: name.into(),
+        value: length,
+        requirement: "above zero; a ball keeps two points together",
+    })
 }
 
 impl Closure {
+    /// Whether both frames may be at one place, up to what is rounded off axes that are written down.
+    pub(crate) fn lets_frames_coincide(&self) -> bool {
+        match *self {
+            Self::Distance { .. } => false,
+            Self::Universal { first, second } => {
+                let [first, second] = [first, second].map(validate::unit_axis);
+                first.dot(second).abs() <= 1e-6
+            }
+            _ => true,
+        }
+    }
+
     /// The same with axes of unit length.
     pub(crate) fn normalized(self) -> Self {
         let unit = validate::unit_axis;

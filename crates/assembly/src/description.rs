@@ -6,6 +6,7 @@ use crate::{
 };
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use validate::Checked;
 use vertebra_spatial::Pose;
 
 /// Format version written, and the only one read.
@@ -126,15 +127,24 @@ impl ModelDescription {
         self
     }
 
-    /// Everything that is wrong, at once: of each joint, mass and frame the first thing. Empty for a
-    /// description that [`build`](Self::build) makes a model.
+    /// Everything that is wrong, at once, each with a remedy: of each number, vector and placement the first
+    /// thing. Joints that move no inertia are looked for once the bodies, their joints and parents are right, whatever
+    /// else is wrong. Empty for a description that [`build`](Self::build) makes a model.
     #[must_use]
     pub fn problems(&self) -> Vec<ModelError> {
-        let (order, problems) = validate::check_all(self);
-        if !problems.is_empty() {
-            return problems;
+        let Checked {
+            order,
+            are_bodies_sound,
+            mut problems,
+        } = validate::check_all(self);
+        if are_bodies_sound {
+            let bodies = Self {
+                bodies: self.bodies.clone(),
+                ..Self::new(&self.name)
+            };
+            problems.extend(massless::problems(&Model::unchecked(bodies, order)));
         }
-        massless::problems(&Model::unchecked(self.clone(), order))
+        problems
     }
 
     /// Checks the description and makes it a model.
@@ -143,7 +153,7 @@ impl ModelDescription {
     /// behind their parents.
     ///
     /// # Errors
-    /// [`ModelError`], naming the element that is wrong and what to do.
+    /// The first of the [`problems`](Self::problems), naming the element that is wrong and what to do.
     pub fn build(self) -> Result<Model, ModelError> {
         Model::try_from(self)
     }

@@ -4,10 +4,10 @@ mod loops;
 
 use self::loops::of_model;
 use crate::body::{Bodies, body_id};
-use crate::kinematics::{Placed, across, beyond, project};
+use crate::kinematics::{Placed, across, beyond, of_body, project};
 use crate::{
-    Body, BodyId, BodyProperties, Coupling, Frame, Joint, JointKind, Loop, MassProperties, Model,
-    ModelError, State, closure, massless, validate,
+    BodyId, BodyProperties, Compound, Coupling, Frame, Joint, JointKind, Loop, MassProperties,
+    Matter, Model, ModelError, State, closure, massless, validate,
 };
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
@@ -21,7 +21,7 @@ const KEPT: usize = 32;
 ///
 /// Bodies that stay keep their poses and velocities; coordinates of joints that stay keep their bits. Loops
 /// and couplings stay as long as their bodies do, or until they are [opened](Self::open); others can be
-/// [closed](Self::close).
+/// [closed](Self::close). Ids are those of the old model, and for bodies added those that [`add`](Self::add) gave.
 ///
 /// ```
 /// use glam::DVec3;
@@ -48,7 +48,7 @@ pub struct Edit<'a> {
     removed: Vec<bool>,
     /// Children that are left.
     children: Vec<u32>,
-    /// Joints that are no longer the model's, and their coordinates.
+    /// Joints that are not, or no longer, the model's, and their coordinates.
     changed: HashMap<usize, (Joint, Vec<f64>, Vec<f64>)>,
     added: Vec<Added>,
     names: HashSet<String>,
@@ -69,7 +69,8 @@ pub struct Edited {
     pub model: Model,
     /// Its state, at the same time.
     pub state: State,
-    /// The new id of each old body; none of those removed.
+    /// The new id of each body by the id that it had in the edit: of the old ones, then of those added; none of those
+    /// removed.
     pub bodies: Vec<Option<BodyId>>,
 }
 
@@ -107,7 +108,7 @@ impl<'a> Edit<'a> {
         Ok(())
     }
 
-    /// Fixes a body to its parent as it is now. The joint's rate is lost and all other rates stay, so that momentum
+    /// Fixes a body to its parent as it is now, all joints of a [`Compound`] together. The joint's rate is lost and all other rates stay, so that momentum
     /// is not kept where the joint was moving. To weld what moves as an impact would, which changes all rates and
     /// keeps momentum, stop the joint first: a very short step with a motor that wants no motion
     /// (`Motor::velocity(0.0, gain)`, the gain as large as it may be) takes its rate out by an impulse.
@@ -116,11 +117,13 @@ impl<'a> Edit<'a> {
     /// [`ModelError::NoSuchBody`].
     pub fn weld(&mut self, body: BodyId) -> Result<(), ModelError> {
         let index = self.known(body)?;
-        let (joint, q) = self.joint(index);
-        let moved = across(&joint.kind, q);
-        let mut welded = Joint::fixed().at(joint.parent_placement * moved);
-        welded = welded.on_child(joint.child_placement);
-        self.changed.insert(index, (welded, Vec::new(), Vec::new()));
+        for index in self.row(index) {
+            let (joint, q) = self.joint(index);
+            let moved = across(&joint.kind, q);
+            let mut welded = Joint::fixed().at(joint.parent_placement * moved);
+            welded = welded.on_child(joint.child_placement);
+            self.changed.insert(index, (welded, Vec::new(), Vec::new()));
+        }
         Ok(())
     }
 
@@ -162,7 +165,7 @@ impl<'a> Edit<'a> {
     ) -> Result<(), ModelError> {
         let index = self.known(body)?;
         let parent = parent.map(|parent| self.known(parent)).transpose()?;
-        validate::check_joint(self.name(index), &joint)?;
+        validate::first(|problems| validate::check_joint(self.name(index), &joint, problems))?;
         let mut joint = validate::normalized(joint);
         let below = parent.map_or(Placed::WORLD, |parent| self.place(parent));
         let parent_pose = below.pose;
@@ -184,43 +187,92 @@ impl<'a> Edit<'a> {
         Ok(())
     }
 
-    /// Adds a body at rest against its parent, its joint at zero.
+    /// Adds a body at rest against its parent, its joint at zero. A [`Compound`] joint adds bodies without mass
+    /// before it.
+    ///
+    /// Returns the body's id in this edit, by which more can be attached to it and loops closed;
+    /// [`Edited::bodies`] says what becomes of it.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use vertebra_assembly::{BodyShape, Closure, Joint, State, generate};
+    /// use vertebra_spatial::Pose;
+    ///
+    /// // A line of twenty links is paid out from a drone, and hooked to the world.
+    /// let drone = generate::chain(1, &Joint::free(), &generate::Rod::default())?;
+    /// let state = State::neutral(&drone);
+    /// let below = Pose::from_translation(DVec3::new(0.0, 0.0, -0.1));
+    /// let link = BodyShape::capsule(0.01, 0.08).placed(&Pose::from_translation(DVec3::Z * -0.05));
+    /// let mut edit = drone.edit(&state)?;
+    /// let mut end = drone.last_body();
+    /// for index in 0..20 {
+    ///     let joint = Joint::universal(DVec3::X, DVec3::Y).at(below);
+    ///     end = edit.add(format!("link-{index}"), Some(end), joint, link.clone())?;
+    /// }
+    /// let hook = Pose::from_translation(DVec3::Z * -2.1);
+    /// edit.close_at("hook", [Some(end), None], hook, Closure::Ball)?;
+    /// let edited = edit.finish()?;
+    /// assert_eq!(edited.model.dof_count(), 6 + 2 * 20);
+    /// assert_eq!(edited.bodies[end.index()], edited.model.find("link-19"));
+    /// # Ok::<(), vertebra_assembly::ModelError>(())
+    /// ```
     ///
     /// # Errors
-    /// [`ModelError::NoSuchBody`] of the parent; [`ModelError`] of a bad joint or mass, or of a name that
-    /// is taken.
+    /// [`ModelError::NoSuchBody`] of the parent; [`ModelError`] of a bad joint, mass or shape, or of a name
+    /// that is taken. The edit is then as it was.
     pub fn add(
         &mut self,
         name: impl Into<String>,
         parent: Option<BodyId>,
-        joint: Joint,
-        mass: MassProperties,
-    ) -> Result<(), ModelError> {
+        joint: impl Into<Compound>,
+        matter: impl Into<Matter>,
+    ) -> Result<BodyId, ModelError> {
         let name = name.into();
-        let parent = parent.map(|parent| self.known(parent)).transpose()?;
-        validate::check_joint(&name, &joint)?;
-        validate::check_mass(&name, &mass)?;
-        if name.is_empty() {
+        let mut parent = parent.map(|parent| self.known(parent)).transpose()?;
+        let mass = match matter.into().mass_properties() {
+            Ok(mass) => mass,
+            Err(source) => {
+                let source = Box::new(source);
+                return Err(ModelError::BodyShape { body: name, source });
+            }
+        };
+        let row: Vec<_> = joint.into().bodies(name, None, mass).collect();
+        validate::check_count(self.parents.len() + row.len())?;
+        for body in &row {
+            self.check_name(&body.name)?;
+            validate::first(|problems| {
+                validate::check_joint(&body.name, &body.joint, problems);
+                validate::check_mass(&body.name, &body.mass, problems);
+            })?;
+        }
+        for body in row {
             let index = self.parents.len();
-            return Err(ModelError::EmptyName {
-                what: "body",
-                index,
+            let joint = validate::normalized(body.joint);
+            let (q, qd) = (neutral(joint.kind), vec![0.0; joint.kind.dof_count()]);
+            self.changed.insert(index, (joint, q, qd));
+            if let Some(parent) = parent {
+                self.children[parent] += 1;
+            }
+            self.parents.push(parent.replace(index));
+            self.removed.push(false);
+            self.children.push(0);
+            self.names.insert(body.name.clone());
+            self.added.push(Added {
+                name: body.name,
+                mass: body.mass,
             });
         }
-        let is_taken = self.model.find(&name).is_some() || self.model.find_frame(&name).is_some();
-        if is_taken || !self.names.insert(name.clone()) {
+        Ok(body_id(self.parents.len() - 1))
+    }
+
+    /// Checks that a body can be added under a name.
+    fn check_name(&self, name: &str) -> Result<(), ModelError> {
+        validate::check_name("body", self.parents.len(), name)?;
+        let is_known = self.model.find(name).is_some() || self.model.find_frame(name).is_some();
+        if is_known || self.names.contains(name) {
+            let name = name.to_owned();
             return Err(ModelError::DuplicateName { name });
         }
-        let joint = validate::normalized(joint);
-        let (q, qd) = (neutral(joint.kind), vec![0.0; joint.kind.dof_count()]);
-        self.changed.insert(self.parents.len(), (joint, q, qd));
-        if let Some(parent) = parent {
-            self.children[parent] += 1;
-        }
-        self.parents.push(parent);
-        self.removed.push(false);
-        self.children.push(0);
-        self.added.push(Added { name, mass });
         Ok(())
     }
 
@@ -295,7 +347,6 @@ impl<'a> Edit<'a> {
         let frames = frames.collect();
         let model = Model::of_bodies(whole, bodies, frames, closed, OnceLock::new());
         massless::check(&model)?;
-        ids.truncate(old.len());
         Ok(Edited {
             model,
             state,
@@ -353,9 +404,7 @@ impl<'a> Edit<'a> {
         let mut at = self.parents[body];
         while let Some(parent) = at {
             self.children[parent] -= 1;
-            let massless = |body: &Body| body.mass == MassProperties::MASSLESS;
-            let is_left = self.children[parent] > 0;
-            if is_left || !self.model.bodies().get(parent).is_some_and(massless) {
+            if self.children[parent] > 0 || *self.mass(parent) != MassProperties::MASSLESS {
                 break;
             }
             self.removed[parent] = true;
@@ -363,9 +412,29 @@ impl<'a> Edit<'a> {
         }
     }
 
+    /// A body and those between whose joints make a compound one with its own, which are named after it.
+    fn row(&self, body: usize) -> Vec<usize> {
+        let number = |index: usize| -> Option<usize> {
+            let rest = self.name(index).strip_prefix(self.name(body))?;
+            rest.strip_prefix('.')?.parse().ok()
+        };
+        let (mut row, mut last) = (vec![body], None);
+        let mut next = self.parents[body];
+        while let Some(between) = next
+            && *self.mass(between) == MassProperties::MASSLESS
+            && let Some(number) = number(between)
+            && last.is_none_or(|last| number + 1 == last)
+        {
+            row.push(between);
+            last = Some(number);
+            next = self.parents[between];
+        }
+        row
+    }
+
     fn known(&self, body: BodyId) -> Result<usize, ModelError> {
         let index = body.index();
-        if index < self.model.bodies().len() && !self.removed[index] {
+        if self.removed.get(index) == Some(&false) {
             return Ok(index);
         }
         Err(ModelError::NoSuchBody {
@@ -382,7 +451,16 @@ impl<'a> Edit<'a> {
         }
     }
 
-    /// Where an old body is and how it moves.
+    fn mass(&self, index: usize) -> &MassProperties {
+        let old = self.model.bodies();
+        match old.get(index) {
+            Some(body) => &body.mass,
+            None => &self.added[index - old.len()].mass,
+        }
+    }
+
+    /// Where a body is and how it moves: an old one as in the state, one that was added as it was then, for whatever
+    /// moves it to another parent asks for its place first.
     fn place(&mut self, index: usize) -> Placed {
         let bodies = self.model.bodies();
         let (mut path, mut next) = (Vec::new(), Some(index));
@@ -393,10 +471,18 @@ impl<'a> Edit<'a> {
                 break;
             }
             path.push(body);
-            next = bodies[body].parent.map(BodyId::index);
+            next = match bodies.get(body) {
+                Some(old) => old.parent.map(BodyId::index),
+                None => self.parents[body],
+            };
         }
         for body in path.into_iter().rev() {
-            place = beyond(&place, &bodies[body], self.state);
+            place = match (bodies.get(body), self.changed.get(&body)) {
+                (None, Some((joint, q, qd))) => beyond(&place, joint, q, qd),
+                (Some(old), _) => of_body(&place, old, self.state),
+                // Those that were added have their joints among the changed ones.
+                (None, None) => place,
+            };
             if body % KEPT == 0 || body == index {
                 self.placed.insert(body, place);
             }

@@ -1,5 +1,6 @@
 //! What can be wrong with a model or a state.
 
+use crate::SolidError;
 use thiserror::Error;
 
 /// Why a model or a state was refused. Every message names the culprit and the remedy.
@@ -170,6 +171,34 @@ pub enum ModelError {
         /// What is wrong with it.
         reason: &'static str,
     },
+    /// A range of one position in a joint of three freedoms.
+    #[error(
+        "the joint of body `{body}` is spherical, and no one position of it can be kept in a range; give it a range of orientations (`with_ball_range`)"
+    )]
+    UnsuitedRange {
+        /// The body whose joint it is.
+        body: String,
+    },
+    /// A number outside its range.
+    #[error("{quantity} of `{element}` is {value}, which must be {requirement}")]
+    OutOfRange {
+        /// Which number.
+        quantity: &'static str,
+        /// Body or loop it belongs to.
+        element: Box<str>,
+        /// The number.
+        value: f64,
+        /// What it must be.
+        requirement: &'static str,
+    },
+    /// A body made of an impossible solid.
+    #[error("body `{body}`: {source}")]
+    BodyShape {
+        /// The body.
+        body: String,
+        /// Why.
+        source: Box<SolidError>,
+    },
     /// An inertia matrix that is not symmetric.
     #[error(
         "the inertia of body `{body}` is not symmetric; give the matrix about the centre of mass"
@@ -191,11 +220,14 @@ pub enum ModelError {
     /// A movable body whose joint moves no inertia, or none but what a further joint of the same
     /// motion lets go.
     #[error(
-        "the joint of body `{body}` moves no inertia: give the body mass and inertia, attach a body with mass by a joint of another motion, or fix the joint"
+        "the joint of body `{body}` moves no inertia{}: give the body mass and inertia, attach a body with mass by a joint of another motion, or fix the joint",
+        same_motion(.undone.as_deref())
     )]
     MasslessBody {
         /// The body.
         body: String,
+        /// A body beyond it whose joint lets the same motion go.
+        undone: Option<Box<str>>,
     },
     /// A loop between a body and itself or the world and itself, or a joint coupled to itself.
     #[error(
@@ -219,7 +251,7 @@ pub enum ModelError {
     },
     /// A body that is not in the model, or no longer.
     #[error(
-        "the model `{model}` has no body number {body}, or it was removed; take ids from the model itself"
+        "neither the model `{model}` nor its edit has a body number {body}, or it was removed; take ids from the model itself, or from `Edit::add`"
     )]
     NoSuchBody {
         /// Name of the model.
@@ -235,6 +267,14 @@ pub enum ModelError {
         /// Name of the model.
         model: String,
         /// The name.
+        name: String,
+    },
+    /// A loop to be closed where its frames coincide, by a joint in which they cannot.
+    #[error(
+        "`{name}` cannot be closed where both its frames coincide: a distance keeps two places apart, and a universal joint its axes perpendicular; give each frame its own placement (`Edit::close`)"
+    )]
+    NotThere {
+        /// The loop.
         name: String,
     },
     /// An array of the wrong length.
@@ -273,7 +313,8 @@ impl ModelError {
     fn element(&self) -> (Option<&str>, bool) {
         match self {
             Self::ZeroAxis { body }
-            | Self::MasslessBody { body }
+            | Self::MasslessBody { body, .. }
+            | Self::UnsuitedRange { body }
             | Self::EmptyRange { body, .. }
             | Self::UnsuitedSpring { body }
             | Self::BadBallRange { body, .. }
@@ -287,16 +328,21 @@ impl ModelError {
             | Self::AbsurdSize {
                 quantity, element, ..
             } => (Some(element), quantity.starts_with("joint")),
+            Self::OutOfRange {
+                quantity, element, ..
+            } => (Some(element), quantity.starts_with("joint")),
             Self::UnknownParent { body, .. } | Self::UnknownBody { user: body, .. } => {
                 (Some(body), false)
             }
             Self::Cycle { body }
+            | Self::BodyShape { body, .. }
             | Self::NegativeMass { body, .. }
             | Self::AsymmetricInertia { body }
             | Self::NonPhysicalInertia { body, .. }
             | Self::SelfLoop { name: body }
             | Self::CoupledFreedoms { name: body, .. }
             | Self::NoSuchLoop { name: body, .. }
+            | Self::NotThere { name: body }
             | Self::DuplicateName { name: body } => (Some(body), false),
             Self::Empty { .. }
             | Self::TooLarge { .. }
@@ -328,7 +374,16 @@ impl core::fmt::Display for InertiaViolation {
     }
 }
 
+/// Why a body beyond a joint gives that joint nothing to move.
+fn same_motion(undone: Option<&str>) -> String {
+    undone.map_or_else(String::new, |by| {
+        format!(
+            ", as that of body `{by}` beyond it lets the same motion go (parallel axes, or it turns or moves freely)"
+        )
+    })
+}
+
 /// What may have been meant by an unknown name.
-fn hint(meant: Option<&str>) -> String {
+pub(crate) fn hint(meant: Option<&str>) -> String {
     meant.map_or_else(String::new, |name| format!(" (is `{name}` meant?)"))
 }

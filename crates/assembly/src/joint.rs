@@ -182,10 +182,15 @@ impl Joint {
     /// two displacements, then an angle.
     #[must_use]
     pub fn planar(x: DVec3, y: DVec3) -> Compound {
+        // Of two parallel slides the model's checks name the one that moves nothing; any axis does for the turn.
+        let mut normal = x.cross(y);
+        if normal == DVec3::ZERO {
+            normal = x.any_orthogonal_vector();
+        }
         Compound::new([
             Self::prismatic(x),
             Self::prismatic(y),
-            Self::revolute(x.cross(y)),
+            Self::revolute(normal),
         ])
     }
 
@@ -237,7 +242,7 @@ impl Joint {
         self
     }
 
-    /// Keeps the position between two bounds [rad or m].
+    /// Keeps the position of a joint with one freedom between two bounds [rad or m].
     #[must_use]
     pub fn with_range(mut self, lower: f64, upper: f64) -> Self {
         self.limits.get_or_insert_default().position = Some([lower, upper]);
@@ -272,7 +277,7 @@ impl Joint {
         self
     }
 
-    /// Sets dry friction [N m or N].
+    /// Sets dry friction [N m or N]. Where it holds a joint, that creeps by up to 1e-5 rad/s or m/s.
     #[must_use]
     pub const fn with_friction(mut self, friction: f64) -> Self {
         self.friction = friction;
@@ -298,7 +303,7 @@ impl Joint {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointLimits {
-    /// Smallest and largest position [rad or m], where the joint has a range.
+    /// Smallest and largest position [rad or m], where the joint has a range; a spherical one has none.
     pub position: Option<[f64; 2]>,
     /// Range of a spherical joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]

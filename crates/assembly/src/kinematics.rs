@@ -75,17 +75,23 @@ pub(crate) fn project(kind: &JointKind, spin: DVec3, slide: DVec3) -> Vec<f64> {
     }
 }
 
-/// A body's own frame, given its parent's.
-pub(crate) fn beyond(parent: &Placed, body: &Body, state: &State) -> Placed {
+/// A body's own frame in a state, given its parent's.
+pub(crate) fn of_body(parent: &Placed, body: &Body, state: &State) -> Placed {
+    let q = &state.q[body.position_range()];
+    beyond(parent, &body.joint, q, &state.qd[body.dof_range()])
+}
+
+/// The frame of the body that a joint carries, given its parent's and the joint's positions and rates.
+pub(crate) fn beyond(parent: &Placed, joint: &Joint, q: &[f64], qd: &[f64]) -> Placed {
     let Joint {
         kind,
         parent_placement,
         child_placement,
         ..
-    } = &body.joint;
-    let moved = across(kind, &state.q[body.position_range()]);
+    } = joint;
+    let moved = across(kind, q);
     let mut frame = parent.carried(parent.pose * *parent_placement * moved);
-    let (spin, slide) = rates(kind, &state.qd[body.dof_range()]);
+    let (spin, slide) = rates(kind, qd);
     frame.spin += frame.pose.rotation * spin;
     frame.velocity += frame.pose.rotation * slide;
     let mut own = match *child_placement == Pose::IDENTITY {

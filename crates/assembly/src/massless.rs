@@ -110,6 +110,7 @@ pub(crate) fn problems(model: &Model) -> Vec<ModelError> {
         *cluster = cluster.combined(&body.mass.placed(&seat.placement));
     }
     let mut loaded = vec![false; bodies.len()];
+    let mut undone = vec![None; bodies.len()];
     for (index, body) in bodies.iter().enumerate().rev() {
         let kind = &body.joint.kind;
         let cluster = &clusters[index];
@@ -120,6 +121,7 @@ pub(crate) fn problems(model: &Model) -> Vec<ModelError> {
         if !loaded[index] && !resists(cluster, kind) {
             problems.push(ModelError::MasslessBody {
                 body: body.name.clone(),
+                undone: undone[index].map(|by: usize| bodies[by].name.as_str().into()),
             });
         }
         if let Some(parent) = body.parent
@@ -127,7 +129,11 @@ pub(crate) fn problems(model: &Model) -> Vec<ModelError> {
         {
             let joint = seats[parent.index()].at(&body.joint.parent_placement);
             let carrier = joint.carrier;
-            loaded[carrier] |= !gives_way(kind, &joint, &bodies[carrier].joint.kind);
+            if gives_way(kind, &joint, &bodies[carrier].joint.kind) {
+                undone[carrier] = Some(index);
+            } else {
+                loaded[carrier] = true;
+            }
         }
     }
     problems

@@ -16,8 +16,7 @@ pub struct NotSimulated {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Feature {
-    /// The joint, which has not one freedom, moves through its limits of one number; a spherical one can have a
-    /// [range of its own](crate::BallRange).
+    /// The joint, which is fixed or free, has limits of one number.
     Limits,
     /// Largest speed [rad/s or m/s].
     Velocity(f64),

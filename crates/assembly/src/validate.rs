@@ -3,7 +3,7 @@
 use crate::description::MODEL_VERSION;
 use crate::{
     BallRange, Joint, JointKind, JointLimits, MassProperties, ModelDescription, ModelError, Rest,
-    Spring, Stop,
+    Stop,
 };
 use crate::{closure, spelling};
 use core::f64::consts::PI;
@@ -20,20 +20,37 @@ const BODY_LIMIT: usize = (u32::MAX / 8) as usize;
 
 /// Checks everything but the joints that move no inertia and returns an order with parents first.
 pub(crate) fn check(description: &ModelDescription) -> Result<Vec<usize>, ModelError> {
-    let (order, problems) = check_all(description);
+    let Checked {
+        order, problems, ..
+    } = check_all(description);
     match problems.into_iter().next() {
         Some(problem) => Err(problem),
         None => Ok(order),
     }
 }
 
-/// The same, and everything that is wrong: of each joint, mass and frame the first thing. The order is
-/// one only if nothing is.
-pub(crate) fn check_all(description: &ModelDescription) -> (Vec<usize>, Vec<ModelError>) {
-    if let Err(problem) = check_whole(description) {
-        return (Vec::new(), vec![problem]);
-    }
+/// What the checks of a description found.
+pub(crate) struct Checked {
+    /// The bodies' indices, parents first, if they are sound.
+    pub(crate) order: Vec<usize>,
+    /// Whether nothing is wrong with the bodies, their joints and their parents.
+    pub(crate) are_bodies_sound: bool,
+    /// Everything that is wrong: of each number, vector and placement the first thing.
+    pub(crate) problems: Vec<ModelError>,
+}
+
+/// The first of the problems that a check finds.
+pub(crate) fn first(check: impl FnOnce(&mut Vec<ModelError>)) -> Result<(), ModelError> {
     let mut problems = Vec::new();
+    check(&mut problems);
+    problems.into_iter().next().map_or(Ok(()), Err)
+}
+
+/// The same, and everything that is wrong.
+pub(crate) fn check_all(description: &ModelDescription) -> Checked {
+    let mut problems = Vec::new();
+    check_whole(description, &mut problems);
+    let of_whole = problems.len();
     let bodies = &description.bodies;
     let mut by_name = HashMap::with_capacity(bodies.len());
     for (index, body) in bodies.iter().enumerate() {
@@ -43,9 +60,11 @@ pub(crate) fn check_all(description: &ModelDescription) -> (Vec<usize>, Vec<Mode
                 name: body.name.clone(),
             });
         }
-        problems.extend(check_joint(&body.name, &body.joint).err());
-        problems.extend(check_mass(&body.name, &body.mass).err());
+        check_joint(&body.name, &body.joint, &mut problems);
+        check_mass(&body.name, &body.mass, &mut problems);
     }
+    let order = parents_first(description, &by_name, &mut problems);
+    let are_bodies_sound = problems.len() == of_whole && !bodies.is_empty();
     for body in bodies {
         if let Some(mimic) = &body.joint.mimic
             && !by_name.contains_key(mimic.body.as_str())
@@ -59,13 +78,16 @@ pub(crate) fn check_all(description: &ModelDescription) -> (Vec<usize>, Vec<Mode
     }
     check_frames(description, &by_name, &mut problems);
     closure::check(description, &by_name, &mut problems);
-    let order = parents_first(description, &by_name, &mut problems);
     hint(description, &mut problems);
-    (order, problems)
+    Checked {
+        order,
+        are_bodies_sound,
+        problems,
+    }
 }
 
 /// Of unknown names so many are looked for among those that are spelt alike: each takes a look at all.
-const HINTS: usize = 16;
+pub(crate) const HINTS: usize = 16;
 
 /// Adds to bodies that are missing which ones may be meant.
 fn hint(description: &ModelDescription, problems: &mut [ModelError]) {
@@ -87,9 +109,9 @@ fn hint(description: &ModelDescription, problems: &mut [ModelError]) {
 }
 
 /// Checks what is not of a single body.
-fn check_whole(description: &ModelDescription) -> Result<(), ModelError> {
+fn check_whole(description: &ModelDescription, problems: &mut Vec<ModelError>) {
     if description.version != MODEL_VERSION {
-        return Err(ModelError::UnsupportedVersion {
+        problems.push(ModelError::UnsupportedVersion {
             what: "model",
             found: description.version,
             supported: MODEL_VERSION,
@@ -97,17 +119,13 @@ fn check_whole(description: &ModelDescription) -> Result<(), ModelError> {
     }
     let bodies = &description.bodies;
     if bodies.is_empty() {
-        return Err(ModelError::Empty {
+        problems.push(ModelError::Empty {
             model: description.name.clone(),
         });
     }
-    check_count(bodies.len())?;
-    finite_vector("gravity", &description.name, description.gravity)?;
-    not_absurd(
-        "gravity",
-        &description.name,
-        description.gravity.abs().max_element(),
-    )
+    problems.extend(check_count(bodies.len()).err());
+    let sized = sized_vector("gravity", &description.name, description.gravity);
+    problems.extend(sized.err());
 }
 
 /// Checks that indices can count the bodies and their freedoms.
@@ -219,62 +237,88 @@ fn body_on_cycle(
     index
 }
 
-pub(crate) fn check_joint(body: &str, joint: &Joint) -> Result<(), ModelError> {
+pub(crate) fn check_joint(body: &str, joint: &Joint, problems: &mut Vec<ModelError>) {
+    let mut note = |checked: Result<(), ModelError>| problems.extend(checked.err());
     if let Some(axis) = joint.kind.axis() {
-        finite_vector("joint axis", body, axis)?;
-        if axis == DVec3::ZERO {
-            return Err(ModelError::ZeroAxis {
-                body: body.to_owned(),
-            });
-        }
+        note(check_axis("joint axis", body, axis));
     }
     if let JointKind::Screw { pitch, .. } = joint.kind {
-        finite("joint pitch", body, pitch)?;
-        not_absurd("joint pitch", body, pitch.abs())?;
+        let sized = || not_absurd("joint pitch", body, pitch.abs());
+        note(finite("joint pitch", body, pitch).and_then(|()| sized()));
     }
-    check_placement(
-        "joint placement on the parent",
-        body,
-        &joint.parent_placement,
-    )?;
-    check_placement("joint placement on the body", body, &joint.child_placement)?;
-    not_negative("joint damping", body, joint.damping)?;
-    not_negative("joint friction", body, joint.friction)?;
-    not_negative("joint armature", body, joint.armature)?;
+    for (quantity, placement) in [
+        ("joint placement on the parent", &joint.parent_placement),
+        ("joint placement on the body", &joint.child_placement),
+    ] {
+        note(check_placement(quantity, body, placement));
+    }
+    for (quantity, value) in [
+        ("joint damping", joint.damping),
+        ("joint friction", joint.friction),
+        ("joint armature", joint.armature),
+    ] {
+        note(not_negative(quantity, body, value));
+    }
     if let Some(spring) = &joint.spring {
-        check_spring(body, joint.kind, spring)?;
+        note(not_negative("joint stiffness", body, spring.stiffness));
+        note(check_rest(body, joint.kind, &spring.rest));
     }
-    check_stop(body, &joint.stop)?;
+    match joint.stop {
+        Stop::Hard { restitution } => note(check_restitution(body, restitution)),
+        Stop::Soft { stiffness, damping } => {
+            note(not_negative("joint stop stiffness", body, stiffness));
+            note(not_negative("joint stop damping", body, damping));
+        }
+    }
     if let Some(limits) = &joint.limits {
-        check_limits(body, joint.kind, limits)?;
+        note(check_range(body, joint.kind, limits));
+        if let Some(range) = &limits.orientation {
+            note(check_ball_range(body, joint.kind, range));
+        }
+        for (quantity, limit) in [
+            ("joint velocity limit", limits.velocity),
+            ("joint effort limit", limits.effort),
+        ] {
+            note(not_negative(quantity, body, limit.unwrap_or(0.0)));
+        }
     }
     if let Some(mimic) = &joint.mimic {
-        finite("mimic multiplier", body, mimic.multiplier)?;
-        finite("mimic offset", body, mimic.offset)?;
+        note(finite("mimic multiplier", body, mimic.multiplier));
+        note(finite("mimic offset", body, mimic.offset));
+    }
+}
+
+pub(crate) fn check_axis(
+    quantity: &'static str,
+    element: &str,
+    axis: DVec3,
+) -> Result<(), ModelError> {
+    finite_vector(quantity, element, axis)?;
+    if axis == DVec3::ZERO {
+        return Err(ModelError::ZeroAxis {
+            body: element.to_owned(),
+        });
     }
     Ok(())
 }
 
-fn check_limits(body: &str, kind: JointKind, limits: &JointLimits) -> Result<(), ModelError> {
-    if let Some([lower, upper]) = limits.position {
-        finite("joint position limit", body, lower)?;
-        finite("joint position limit", body, upper)?;
-        if lower > upper {
-            return Err(ModelError::EmptyRange {
-                body: body.to_owned(),
-                lower,
-                upper,
-            });
-        }
+fn check_range(body: &str, kind: JointKind, limits: &JointLimits) -> Result<(), ModelError> {
+    let Some([lower, upper]) = limits.position else {
+        return Ok(());
+    };
+    if kind == JointKind::Spherical {
+        return Err(ModelError::UnsuitedRange {
+            body: body.to_owned(),
+        });
     }
-    if let Some(range) = &limits.orientation {
-        check_ball_range(body, kind, range)?;
-    }
-    for (quantity, limit) in [
-        ("joint velocity limit", limits.velocity),
-        ("joint effort limit", limits.effort),
-    ] {
-        not_negative(quantity, body, limit.unwrap_or(0.0))?;
+    finite("joint position limit", body, lower)?;
+    finite("joint position limit", body, upper)?;
+    if lower > upper {
+        return Err(ModelError::EmptyRange {
+            body: body.to_owned(),
+            lower,
+            upper,
+        });
     }
     Ok(())
 }
@@ -298,12 +342,7 @@ fn check_ball_range(body: &str, kind: JointKind, range: &BallRange) -> Result<()
         }
         BallRange::Turn { .. } => bad("its angle must be above 0 and below pi"),
         BallRange::Cone { axis, twist, .. } => {
-            finite_vector("joint axis", body, axis)?;
-            if axis == DVec3::ZERO {
-                return Err(ModelError::ZeroAxis {
-                    body: body.to_owned(),
-                });
-            }
+            check_axis("joint axis", body, axis)?;
             match twist {
                 None => Ok(()),
                 Some([lower, upper]) if -PI <= lower && lower <= upper && upper <= PI => Ok(()),
@@ -313,9 +352,8 @@ fn check_ball_range(body: &str, kind: JointKind, range: &BallRange) -> Result<()
     }
 }
 
-fn check_spring(body: &str, kind: JointKind, spring: &Spring) -> Result<(), ModelError> {
-    not_negative("joint stiffness", body, spring.stiffness)?;
-    let suits = match (kind.dof_count(), spring.rest) {
+fn check_rest(body: &str, kind: JointKind, rest: &Rest) -> Result<(), ModelError> {
+    let suits = match (kind.dof_count(), *rest) {
         (1, Rest::Position(rest)) => {
             finite("joint rest position", body, rest)?;
             true
@@ -335,23 +373,17 @@ fn check_spring(body: &str, kind: JointKind, spring: &Spring) -> Result<(), Mode
     })
 }
 
-fn check_stop(body: &str, stop: &Stop) -> Result<(), ModelError> {
-    match *stop {
-        Stop::Hard { restitution } => {
-            not_negative("joint restitution", body, restitution)?;
-            if restitution > 1.0 {
-                return Err(ModelError::BadParameter {
-                    parameter: "the restitution of a joint's stop",
-                    requirement: "between 0 and 1",
-                });
-            }
-            Ok(())
-        }
-        Stop::Soft { stiffness, damping } => {
-            not_negative("joint stop stiffness", body, stiffness)?;
-            not_negative("joint stop damping", body, damping)
-        }
+fn check_restitution(body: &str, restitution: f64) -> Result<(), ModelError> {
+    not_negative("joint restitution", body, restitution)?;
+    if restitution > 1.0 {
+        return Err(ModelError::OutOfRange {
+            quantity: "joint restitution",
+            element: body.into(),
+            value: restitution,
+            requirement: "between 0 and 1",
+        });
     }
+    Ok(())
 }
 
 fn not_negative(quantity: &'static str, body: &str, value: f64) -> Result<(), ModelError> {
@@ -371,8 +403,7 @@ pub(crate) fn check_placement(
     element: &str,
     placement: &Pose,
 ) -> Result<(), ModelError> {
-    finite_vector(quantity, element, placement.translation)?;
-    not_absurd(quantity, element, placement.translation.abs().max_element())?;
+    sized_vector(quantity, element, placement.translation)?;
     for value in placement.rotation.to_array() {
         finite(quantity, element, value)?;
     }
@@ -386,35 +417,48 @@ pub(crate) fn check_placement(
     Ok(())
 }
 
-pub(crate) fn check_mass(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
-    check_mass_numbers(body, mass)?;
-    match mass.violation() {
-        Some(reason) => Err(ModelError::NonPhysicalInertia {
+pub(crate) fn check_mass(body: &str, mass: &MassProperties, problems: &mut Vec<ModelError>) {
+    let sound = problems.len();
+    check_mass_numbers(body, mass, problems);
+    if problems.len() == sound
+        && let Some(reason) = mass.violation()
+    {
+        problems.push(ModelError::NonPhysicalInertia {
             body: body.to_owned(),
             reason,
-        }),
-        None => Ok(()),
+        });
     }
 }
 
 /// Checks one body's mass properties, but not whether the inertia is possible.
-pub(crate) fn check_mass_numbers(body: &str, mass: &MassProperties) -> Result<(), ModelError> {
-    finite("mass", body, mass.mass)?;
-    finite_vector("centre of mass", body, mass.center)?;
-    for value in mass.inertia.to_cols_array() {
-        finite("inertia", body, value)?;
-    }
-    if mass.mass < 0.0 {
+pub(crate) fn check_mass_numbers(
+    body: &str,
+    mass: &MassProperties,
+    problems: &mut Vec<ModelError>,
+) {
+    problems.extend(check_weight(body, mass.mass).err());
+    problems.extend(sized_vector("centre of mass", body, mass.center).err());
+    problems.extend(check_inertia(body, &mass.inertia).err());
+}
+
+fn check_weight(body: &str, mass: f64) -> Result<(), ModelError> {
+    finite("mass", body, mass)?;
+    if mass < 0.0 {
         return Err(ModelError::NegativeMass {
             body: body.to_owned(),
-            mass: mass.mass,
+            mass,
         });
     }
-    not_absurd("mass", body, mass.mass)?;
-    not_absurd("centre of mass", body, mass.center.abs().max_element())?;
-    let largest = largest_entry(&mass.inertia);
+    not_absurd("mass", body, mass)
+}
+
+fn check_inertia(body: &str, inertia: &DMat3) -> Result<(), ModelError> {
+    for value in inertia.to_cols_array() {
+        finite("inertia", body, value)?;
+    }
+    let largest = largest_entry(inertia);
     not_absurd("inertia", body, largest)?;
-    let skew = mass.inertia - mass.inertia.transpose();
+    let skew = *inertia - inertia.transpose();
     if largest_entry(&skew) > 1e-9 * largest {
         return Err(ModelError::AsymmetricInertia {
             body: body.to_owned(),
@@ -457,6 +501,12 @@ pub(crate) fn finite_vector(
     v.to_array()
         .into_iter()
         .try_for_each(|value| finite(quantity, element, value))
+}
+
+/// Checks a vector whose length means something.
+fn sized_vector(quantity: &'static str, element: &str, v: DVec3) -> Result<(), ModelError> {
+    finite_vector(quantity, element, v)?;
+    not_absurd(quantity, element, v.abs().max_element())
 }
 
 /// A direction that is not zero, of unit length.

@@ -6,8 +6,9 @@ use common::{Digest, assert_same_placement, body_placements};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use vertebra_assembly::generate::{self, Rod};
 use vertebra_assembly::{
-    BodyShape, Builder, Centerline, Closure, Compound, Joint, JointLimits, MassProperties, Mimic,
-    ModelDescription, ModelError, Problem, Random, SolidError, Spring, State, mechanism,
+    BallRange, BodyShape, Builder, Centerline, Closure, Compound, Joint, JointLimits,
+    MassProperties, Mimic, ModelDescription, ModelError, Problem, Random, SolidError, Spring,
+    State, Stop, mechanism,
 };
 use vertebra_spatial::Pose;
 
@@ -519,4 +520,281 @@ fn descriptions_come_back() {
         inserted.build().unwrap().loops().len(),
         description.loops.len()
     );
+}
+
+/// What is wrong with the whole, with a name or with one number hides nothing else that is wrong.
+#[test]
+fn no_problem_hides_another() {
+    let rod = MassProperties::rod(1.0, 0.5, 0.01);
+    let nowhere = up(f64::NAN);
+    let stretched = Pose::from_rotation(DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0));
+    let full = Joint::screw(DVec3::ZERO, f64::INFINITY)
+        .at(nowhere)
+        .on_child(stretched)
+        .with_damping(-1.0)
+        .with_friction(f64::NAN)
+        .with_armature(-2.0)
+        .with_spring(Spring::turned(-3.0, DQuat::IDENTITY))
+        .with_stop(Stop::Hard { restitution: 2.0 })
+        .with_range(2.0, 1.0)
+        .with_ball_range(BallRange::turn(1.0))
+        .with_effort(-4.0);
+    let soft = Stop::Soft {
+        stiffness: -5.0,
+        damping: -6.0,
+    };
+    let light = MassProperties {
+        mass: -7.0,
+        center: DVec3::NAN,
+        inertia: DMat3::from_cols(DVec3::X, DVec3::X, DVec3::Z),
+    };
+    let mut description = ModelDescription::new("wreck")
+        .gravity(DVec3::NAN)
+        .body("full", None, full, rod)
+        .body(
+            "full",
+            None,
+            Joint::revolute(DVec3::X).with_stop(soft),
+            light,
+        )
+        .body("ball", None, Joint::spherical().with_range(-1.0, 1.0), rod)
+        .body("lost", Some("bal"), Joint::fixed(), rod)
+        .frame("mark", Some("fulll"), nowhere)
+        .frame("mark", None, Pose::IDENTITY)
+        .close(
+            "lp",
+            [Some("ball"), Some("zz")],
+            [Pose::IDENTITY; 2],
+            Closure::Ball,
+        )
+        .close(
+            "lp",
+            [None; 2],
+            [nowhere, stretched],
+            Closure::Distance { length: -8.0 },
+        )
+        .close(
+            "",
+            [Some("ball"), None],
+            [Pose::IDENTITY; 2],
+            Closure::Screw {
+                axis: DVec3::ZERO,
+                pitch: f64::NAN,
+            },
+        )
+        .couple("lp", "ball", "zzz", f64::NAN, f64::INFINITY)
+        .couple("own", "lost", "lost", 1.0, 0.0);
+    description.version = 9;
+    let expected = [
+        "version 9",
+        "gravity of `wreck`",
+        "axis of length zero",
+        "joint pitch of `full`",
+        "placement on the parent of `full`",
+        "placement on the body of `full` has a quaternion of length 2",
+        "damping of body `full` is -1",
+        "friction of `full` is not finite",
+        "armature of body `full` is -2",
+        "stiffness of body `full` is -3",
+        "the spring in the joint of body `full`",
+        "restitution of `full` is 2, which must be between 0 and 1",
+        "lower position limit 2 above",
+        "only spherical joints have one",
+        "effort limit of body `full` is -4",
+        "`full` is used twice",
+        "stop stiffness of body `full` is -5",
+        "stop damping of body `full` is -6",
+        "negative mass -7",
+        "centre of mass of `full`",
+        "inertia of body `full` is not symmetric",
+        "the joint of body `ball` is spherical",
+        "parent `bal`, which is not a body of the model (is `ball` meant?)",
+        "`fulll`, which is not a body of the model (is `full` meant?)",
+        "placement of `mark`",
+        "`mark` is used twice",
+        "`zz`, which",
+        "`lp` is used twice",
+        "`lp` connects a body to itself",
+        "placement on the first body of `lp`",
+        "placement on the second body of `lp`",
+        "distance of `lp` is -8",
+        "loop number 2 has an empty name",
+        "pitch of ``",
+        "length zero",
+        "`lp` is used twice",
+        "coupling ratio",
+        "coupling offset",
+        "`ball`, which has 3 freedoms",
+        "`zzz`",
+        "`lost`, which has 0 freedoms",
+        "`own` connects a body to itself",
+    ];
+    let problems = description.problems();
+    let found: Vec<String> = problems.iter().map(ToString::to_string).collect();
+    assert_eq!(found.len(), expected.len(), "{found:#?}");
+    let mut left = found.clone();
+    for part in expected {
+        let place = left.iter().position(|text| text.contains(part));
+        assert!(place.is_some(), "{part} in {found:#?}");
+        let _ = place.map(|place| left.remove(place));
+    }
+    assert_eq!(description.build().unwrap_err(), problems[0]);
+    // What moves nothing is found beside what is wrong elsewhere.
+    let problems = ModelDescription::new("light")
+        .gravity(DVec3::NAN)
+        .body(
+            "a",
+            None,
+            Joint::revolute(DVec3::X),
+            MassProperties::MASSLESS,
+        )
+        .frame("", None, Pose::IDENTITY)
+        .problems();
+    assert!(matches!(
+        problems[..],
+        [
+            ModelError::NonFinite { .. },
+            ModelError::EmptyName { .. },
+            ModelError::MasslessBody { .. }
+        ]
+    ));
+}
+
+/// Slips in sentences are told with what may have been meant.
+#[test]
+fn slips_in_sentences_are_told() {
+    let rod = MassProperties::rod(1.0, 0.5, 0.01);
+    let bad = |builder: Builder| builder.build().unwrap_err().to_string();
+    let arm = || Builder::new("arm").body("arm", Joint::free(), rod);
+    let text = bad(arm().from("amr"));
+    assert!(
+        text.contains("no body `amr` to go to (is `arm` meant?)"),
+        "{text}"
+    );
+    let forearm = arm().body("forearm", Joint::revolute(DVec3::X), rod);
+    let text = bad(forearm.from("forarm").from("leg"));
+    assert!(text.contains("(is `forearm` meant?)"), "{text}");
+    assert!(text.contains("no body `leg` to go to;"), "{text}");
+    for (winding, said) in [
+        ((-1.0, 0.1, 0.1), "length of a link of the helix `h` is -1"),
+        ((0.0, 0.1, 0.1), "length of a link of the helix `h` is 0"),
+        ((1.0, f64::NAN, 0.1), "bend of the helix `h` is NaN"),
+        ((1.0, 0.1, f64::INFINITY), "twist of the helix `h` is inf"),
+    ] {
+        let error = arm().helix("h", 3, Joint::fixed(), rod, winding).build();
+        let error = error.unwrap_err();
+        assert!(
+            matches!(error.problems[..], [Problem::BadHelix { .. }]),
+            "{error}"
+        );
+        assert!(error.to_string().contains(said), "{error}");
+    }
+    // Axes that are one.
+    let slanted = DVec3::new(0.1, 0.2, 0.3);
+    for joint in [
+        Joint::universal(DVec3::X, DVec3::X),
+        Joint::universal(slanted, slanted * -3.0),
+        Joint::planar(DVec3::X, DVec3::X),
+        Joint::planar(slanted, slanted * 3.0),
+    ] {
+        let text = bad(Builder::new("wrist").body("w", joint, rod));
+        let culprit = "`w.1` moves no inertia, as that of body `w";
+        assert!(
+            text.contains(culprit) && text.contains("parallel"),
+            "{text}"
+        );
+        assert!(
+            text.starts_with("the model `wrist` has 1 problem:"),
+            "{text}"
+        );
+    }
+}
+
+/// The mirror image of a motion has the coordinates that [`Builder::mirror`] says: vectors of turns are reversed and
+/// reflected, those of slides reflected, and all others stay.
+#[test]
+fn mirror_images_of_coordinates_are_those_stated() {
+    let rod = MassProperties::rod(1.0, 0.5, 0.1);
+    let mut random = Random::new(8);
+    for round in 0..20 {
+        let mut place = || {
+            let shift = DVec3::from_array([(); 3].map(|()| random.symmetric()));
+            Pose::new(random.rotation(), shift)
+        };
+        let part = Builder::new("part")
+            .body("free", Joint::free().at(place()).on_child(place()), rod)
+            .body(
+                "ball",
+                Joint::spherical().at(place()).on_child(place()),
+                rod,
+            )
+            .body(
+                "hinge",
+                Joint::revolute(DVec3::new(1.0, 2.0, 3.0)).at(place()),
+                rod,
+            )
+            .body("nut", Joint::screw(DVec3::ONE, 0.2).at(place()), rod)
+            .body("table", Joint::planar(DVec3::X, DVec3::Y).at(place()), rod);
+        let normal = if round == 0 {
+            DVec3::Y
+        } else {
+            random.direction()
+        };
+        let pair = Builder::new("pair")
+            .attach("left", &part, Pose::IDENTITY)
+            .mirror("right", &part, normal * 3.0, Pose::IDENTITY)
+            .build()
+            .unwrap()
+            .model;
+        let slide = |v: DVec3| v - 2.0 * normal.dot(v) * normal;
+        let turn = |v: DVec3| -slide(v);
+        let random = State::random(&pair, round);
+        let (coordinates, freedoms) = (pair.position_count() / 2, pair.dof_count() / 2);
+        let half = &random.q[..coordinates];
+        // Positions at the start, and after all rates acted for a while.
+        let mirrored = |q: &[f64]| -> Vec<f64> {
+            let quaternion = |q: &[f64]| {
+                let v = turn(DVec3::from_slice(q));
+                [v.x, v.y, v.z, q[3]]
+            };
+            let free = slide(DVec3::from_slice(q)).to_array();
+            let (turned, ball) = (quaternion(&q[3..7]), quaternion(&q[7..11]));
+            [&free, &turned[..], &ball, &q[11..]].concat()
+        };
+        let rates = &random.qd[..freedoms];
+        let mirrored_rates = {
+            let at = |start: usize| DVec3::from_slice(&rates[start..]);
+            let parts = [turn(at(0)), slide(at(3)), turn(at(6))];
+            [&parts.map(|v| v.to_array()).concat(), &rates[9..]].concat()
+        };
+        // Free joints move along the axes of the child and turn about them, as spherical ones do.
+        let moved = |q: &[f64], qd: &[f64]| -> Vec<f64> {
+            let turned = |q: &[f64], w: &[f64]| {
+                DQuat::from_slice(q) * DQuat::from_scaled_axis(DVec3::from_slice(w))
+            };
+            let along = DQuat::from_slice(&q[3..]) * DVec3::from_slice(&qd[3..]);
+            let free = (DVec3::from_slice(q) + along).to_array();
+            let (spun, ball) = (
+                turned(&q[3..], qd).to_array(),
+                turned(&q[7..], &qd[6..]).to_array(),
+            );
+            let rest: Vec<f64> = q[11..].iter().zip(&qd[9..]).map(|(q, qd)| q + qd).collect();
+            [&free, &spun[..], &ball, &rest].concat()
+        };
+        let image = mirrored(half);
+        for (left, right) in [
+            (half.to_vec(), image.clone()),
+            (moved(half, rates), moved(&image, &mirrored_rates)),
+        ] {
+            let placements = body_placements(&pair, &[left, right].concat());
+            let (left, right) = placements.split_at(placements.len() / 2);
+            let n = normal;
+            let outer = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+            let mirror = DAffine3::from_mat3(DMat3::IDENTITY - outer * 2.0);
+            for (left, right) in left.iter().zip(right) {
+                let expected = mirror * *left * mirror;
+                assert_same_placement(right, &expected, 1e-13, "a mirror image");
+            }
+        }
+    }
 }

@@ -70,7 +70,7 @@ fn impossible_closures_are_refused_by_name() {
     ));
     for length in [0.0, -1.0] {
         let error = named(close(ends, Closure::Distance { length }).unwrap_err());
-        assert!(matches!(error, ModelError::BadParameter { .. }));
+        assert!(matches!(error, ModelError::OutOfRange { .. }));
     }
     let twice = arms()
         .close("loop", ends, [Pose::IDENTITY; 2], Closure::Ball)

@@ -28,7 +28,7 @@ fn point(center: DVec3) -> MassProperties {
 
 fn assert_refused(result: Result<Model, ModelError>, culprit: &str) {
     match result {
-        Err(ModelError::MasslessBody { body }) => assert_eq!(body, culprit),
+        Err(ModelError::MasslessBody { body, .. }) => assert_eq!(body, culprit),
         other => panic!("{other:?}"),
     }
 }

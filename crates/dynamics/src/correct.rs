@@ -233,6 +233,18 @@ impl<T: Real> Sweeps<T> {
                     let axis = self.subspace[v].linear;
                     f.linear -= axis * (axis.dot(f.linear) - self.driving(v));
                 }
+                // All that acts is handed on.
+                Kind::Fixed if own.sums[i] && !ROUNDING => {
+                    self.bias[i] += arriving.bias;
+                    let r = self.offset[i];
+                    let handed = Arriving {
+                        taken: balanced.shifted_back(r),
+                        bias: arriving.bias.shifted_back(r),
+                        size: Size::ZERO,
+                    };
+                    arriving = self.hand_on_again(i, own, handed);
+                    continue;
+                }
                 _ => {
                     let handed = self.gather_several::<ROUNDING>(i, own, &arriving, &mut worst);
                     arriving = self.hand_on_again(i, own, handed);
@@ -388,6 +400,7 @@ impl<T: Real> Sweeps<T> {
                     own.u[v] = response;
                     a.linear += axis * response;
                 }
+                Kind::Fixed => {}
                 _ => {
                     let dofs = self.dofs(i);
                     let mut response = [T::ZERO; 6];

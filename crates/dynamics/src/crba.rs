@@ -13,7 +13,7 @@ use faer::{Mat, MatRef, Side};
 use vertebra_assembly::{Model, State};
 use vertebra_spatial::{ArticulatedInertia, Force, Real};
 
-/// The joint-space mass matrix M, symmetric, shape [`Model::dof_count`] squared, in SI.
+/// The joint-space mass matrix M, symmetric, shape [`Model::dof_count`] squared, `m[(row, column)]`, in SI.
 ///
 /// # Errors
 /// [`Error`] if an input does not fit the model, or the matrix is too large (16 384 freedoms at most).

@@ -29,7 +29,7 @@ use vertebra_spatial::matrix6::add_scaled;
 use vertebra_spatial::{Force, Mat6, Motion, Number, Real, RigidInertia, Vec3};
 
 /// First derivatives of joint forces or joint accelerations, all of shape [`Model::dof_count`] squared:
-/// row of the result, column of the variable; in SI.
+/// `m[(row, column)]` is of the result's freedom `row` by the variable's freedom `column`; in SI.
 ///
 /// Derivatives by positions are in the tangent space: a column is the rate at which the result changes while
 /// the position moves with the rate qd that is 1 for that freedom and 0 for all others. For revolute and prismatic

@@ -78,6 +78,22 @@ impl Forces {
         self.joint_inertia.get(dof).copied().unwrap_or(0.0)
     }
 
+    /// qd' E qd / 2 \[J\].
+    pub(crate) fn own_energy(&self, model: &Model, qd: &[f64]) -> f64 {
+        let along = self.joint_inertia.iter().zip(qd);
+        let mut double: f64 = along.map(|(own, qd)| own * qd * qd).sum();
+        if let across @ [_, ..] = self.inertias_across() {
+            for body in model.bodies() {
+                if let (&[xy, xz, yz], &[x, y, z]) =
+                    (&across[body.dof_range()], &qd[body.dof_range()])
+                {
+                    double += 2.0 * (xy * x * y + xz * x * z + yz * y * z);
+                }
+            }
+        }
+        0.5 * double
+    }
+
     /// What of E is off its diagonal, in the place of a freedom.
     pub(crate) fn inertia_across(&self, dof: usize) -> f64 {
         self.inertias_across().get(dof).copied().unwrap_or(0.0)

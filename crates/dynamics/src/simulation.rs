@@ -231,8 +231,8 @@ impl Simulation {
         Ok(&self.state)
     }
 
-    /// The state as the host knows it, which on a GPU is the one that was set or read last: what is left of
-    /// a simulation whose device was lost.
+    /// The state as the host knows it, without asking a device: the current one on the CPU, on a GPU the one that was set or
+    /// read last, which is what is left of a simulation whose device was lost.
     #[must_use]
     pub const fn last_state(&self) -> &State {
         &self.state
@@ -341,7 +341,7 @@ impl Simulation {
     /// step.
     ///
     /// # Errors
-    /// [`Error`] as for a step.
+    /// [`Error`] as for a step, open loops excepted.
     pub fn accelerations(&mut self) -> Result<Vec<f64>, Error> {
         self.forces.check(&self.model)?;
         self.posed = false;
@@ -484,7 +484,7 @@ impl Simulation {
     /// loops and couplings as forces on the bodies and in the joints.
     ///
     /// # Errors
-    /// [`Error`] as for a step.
+    /// [`Error`] as for a step, open loops excepted.
     pub fn solve(&mut self) -> Result<&Workspace, Error> {
         self.fetch_state()?;
         self.posed = false;

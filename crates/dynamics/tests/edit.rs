@@ -4,8 +4,8 @@
 
 use glam::DVec3;
 use vertebra_assembly::{
-    BodyId, Closure, Edited, Joint, MassProperties, Mimic, Model, ModelDescription, ModelError,
-    Random, State, generate,
+    BodyId, BodyShape, Builder, Closure, Compound, Edited, Joint, MassProperties, Mimic, Model,
+    ModelDescription, ModelError, Random, State, generate,
 };
 use vertebra_dynamics::{Mechanics, Motor, Precision, Simulation, Workspace, forward_kinematics};
 use vertebra_spatial::Pose;
@@ -29,7 +29,7 @@ fn motions(model: &Model, state: &State) -> Vec<(Pose, DVec3, DVec3)> {
 fn change(model: &Model, state: &State, edited: &Edited) -> (f64, f64) {
     let (before, after) = (motions(model, state), motions(&edited.model, &edited.state));
     let mut worst = (0.0_f64, 0.0_f64);
-    for (old, new) in edited.bodies.iter().enumerate() {
+    for (old, new) in edited.bodies.iter().take(before.len()).enumerate() {
         let Some(new) = new else { continue };
         let ((p, w, v), (q, a, b)) = (&before[old], &after[new.index()]);
         let turned = 1.0 - p.rotation.dot(q.rotation).abs();
@@ -335,7 +335,7 @@ fn what_an_edit_leaves_without_mass_is_refused() {
     )
     .unwrap();
     let refused = edit.finish().map(|edited| edited.model.depth());
-    assert!(matches!(refused, Err(ModelError::MasslessBody { body }) if body == "spike"));
+    assert!(matches!(refused, Err(ModelError::MasslessBody { body, .. }) if body == "spike"));
     // Taken away, the core takes with it the shell that carries nothing else; welded to it, it stays.
     let mut edit = model.edit(&state).unwrap();
     edit.weld(model.find("core").unwrap()).unwrap();
@@ -424,4 +424,175 @@ fn loops_are_closed_and_opened_while_bodies_move() {
         Err(ModelError::NoSuchLoop { .. })
     ));
     assert_eq!(edit.finish().unwrap().model.describe(), model.describe());
+}
+
+/// Whatever a body is carried by is welded as a whole, and nothing else; what carries something of its own is a body.
+#[test]
+fn compound_joints_are_welded_whole() {
+    let rod = MassProperties::rod(1.0, 0.5, 0.05);
+    let step = Pose::from_translation(DVec3::new(0.0, 0.1, 0.5));
+    let row = [
+        Joint::screw(DVec3::Z, 0.1),
+        Joint::spherical(),
+        Joint::revolute(DVec3::X).through(DVec3::new(0.0, 0.2, 0.1)),
+    ];
+    for joint in [
+        Joint::universal(DVec3::X, DVec3::Y),
+        Joint::cylindrical(DVec3::new(1.0, 2.0, 3.0)),
+        Joint::planar(DVec3::X, DVec3::Z),
+        Compound::new(row).on_child(step),
+        Joint::revolute(DVec3::X).into(),
+    ] {
+        let chain = Builder::new("chain").chain("l", 3, joint, rod, step);
+        let model = chain.build().unwrap().model;
+        let state = State::random(&model, 3);
+        let mut edit = model.edit(&state).unwrap();
+        edit.weld(model.find("l-1").unwrap()).unwrap();
+        let edited = edit.finish().unwrap();
+        assert_eq!(3 * edited.model.dof_count(), 2 * model.dof_count());
+        let (moved, _) = change(&model, &state, &edited);
+        assert!(moved <= 1e-14, "{moved:e}");
+        // The joints on either side keep their bits.
+        for body in ["l-0", "l-2"] {
+            let of = |model: &Model, state: &State| {
+                let body = &model.bodies()[model.find(body).unwrap().index()];
+                state.q[body.position_range()].to_vec()
+            };
+            assert_eq!(of(&edited.model, &edited.state), of(&model, &state));
+        }
+        // In the same edit it is cut loose again, and no body without mass is left of the joint.
+        let mut edit = model.edit(&state).unwrap();
+        edit.weld(model.find("l-1").unwrap()).unwrap();
+        edit.cut(model.find("l-1").unwrap()).unwrap();
+        let edited = edit.finish().unwrap();
+        assert_eq!(3 * (edited.model.dof_count() - 6), 2 * model.dof_count());
+        assert!(edited.model.find("l-1.1").is_none());
+    }
+}
+
+/// A rope added link by link in one edit is the rope that its description makes, at rest against what carries it.
+#[test]
+fn what_an_edit_adds_can_carry_more() {
+    let (model, state) = adrift();
+    let step = Pose::from_translation(DVec3::new(0.0, 0.0, 0.1));
+    let shape = || BodyShape::capsule(0.01, 0.08).placed(&step);
+    let joint = |index: usize| -> Compound {
+        match index % 3 {
+            0 => Joint::spherical().at(step).into(),
+            1 => Joint::universal(DVec3::X, DVec3::Y).at(step),
+            _ => Joint::revolute(DVec3::Y).with_damping(1e-3).at(step).into(),
+        }
+    };
+    let mut edit = model.edit(&state).unwrap();
+    let mut ids = vec![model.find("c").unwrap()];
+    let mut written = model.describe();
+    for index in 0..9 {
+        let (name, below) = (format!("r-{index}"), ids[index]);
+        ids.push(edit.add(&name, Some(below), joint(index), shape()).unwrap());
+        let parent = match index {
+            0 => "c".to_owned(),
+            _ => format!("r-{}", index - 1),
+        };
+        let mass = shape().mass_properties().unwrap();
+        written = written.body(name, Some(&parent), joint(index), mass);
+    }
+    // What is refused leaves the edit as it was, a compound joint's names included.
+    let mut refused = |name: &str, parent: u32, joint: Compound, shape: BodyShape| {
+        edit.add(name, Some(BodyId(parent)), joint, shape)
+            .unwrap_err()
+    };
+    let hinge = || Compound::from(Joint::revolute(DVec3::X));
+    assert!(matches!(
+        refused("x", 99, hinge(), shape()),
+        ModelError::NoSuchBody { body: 99, .. }
+    ));
+    assert!(matches!(
+        refused("r-4", 0, hinge(), shape()),
+        ModelError::DuplicateName { .. }
+    ));
+    assert!(matches!(
+        refused("r-4.1", 0, hinge(), shape()),
+        ModelError::DuplicateName { .. }
+    ));
+    assert!(matches!(
+        refused("", 0, hinge(), shape()),
+        ModelError::EmptyName { .. }
+    ));
+    let flat = refused("x", 0, hinge(), BodyShape::sphere(-1.0));
+    assert!(flat.to_string().contains("body `x`: the radius"), "{flat}");
+    let bent = Compound::new([Joint::revolute(DVec3::X), Joint::revolute(DVec3::ZERO)]);
+    assert!(matches!(
+        refused("x", 0, bent, shape()),
+        ModelError::ZeroAxis { .. }
+    ));
+    let whole = edit.clone().finish().unwrap();
+    assert_eq!(whole.model.describe(), written.build().unwrap().describe());
+    whole.state.check(&whole.model).unwrap();
+    let (moved, faster) = change(&model, &state, &whole);
+    assert!(moved <= 1e-14 && faster <= 1e-13, "{moved:e} {faster:e}");
+    let named = |edited: &Edited, index: usize| {
+        let id = edited.bodies[ids[index].index()].unwrap();
+        assert_eq!(Some(id), edited.model.find(&format!("r-{}", index - 1)));
+        id
+    };
+
+    // Added bodies are cut, attached elsewhere, welded, coupled, tied and removed as others are.
+    edit.cut(ids[5]).unwrap();
+    edit.weld(ids[2]).unwrap();
+    edit.couple("gear", [ids[3], model.find("b").unwrap()], 1.0, 0.0)
+        .unwrap();
+    edit.reattach(ids[8], Some(ids[4]), Joint::free()).unwrap();
+    edit.remove(ids[9]).unwrap();
+    assert!(matches!(
+        edit.weld(ids[9]),
+        Err(ModelError::NoSuchBody { .. })
+    ));
+    let before = motions(&whole.model, &whole.state);
+    let at = before[named(&whole, 4).index()].0;
+    edit.close_at("knot", [Some(ids[4]), None], at, Closure::Ball)
+        .unwrap();
+    let edited = edit.finish().unwrap();
+    let after = motions(&edited.model, &edited.state);
+    for index in 1..9 {
+        let (p, w, v) = before[named(&whole, index).index()];
+        let (q, a, b) = after[named(&edited, index).index()];
+        assert!((p.translation - q.translation).length() <= 1e-14);
+        assert!((w - a).length().max((v - b).length()) <= 1e-13, "{index}");
+    }
+    assert_eq!(edited.bodies[ids[9].index()], None);
+    let freedoms = |index: usize| {
+        let body = edited.model.body(named(&edited, index)).unwrap();
+        (body.dof_range().len(), body.parent.is_none())
+    };
+    assert_eq!([2, 5, 8].map(freedoms), [(0, false), (6, true), (6, false)]);
+    assert_eq!(edited.model.couplings().count(), 1);
+    let mut edit = edited.model.edit(&edited.state).unwrap();
+    edit.uncouple("gear").unwrap();
+    let tied = edit.finish().unwrap();
+    let mut simulation = Simulation::new(tied.model).unwrap();
+    simulation.set_state(tied.state).unwrap();
+    assert!(simulation.loop_violation().unwrap().unwrap().position <= 1e-14);
+    simulation.step(1e-4).unwrap();
+}
+
+/// What cannot be closed where both frames are at one place is refused at once, and not by the first step.
+#[test]
+fn closures_that_hold_frames_apart_are_not_closed_at_a_place() {
+    let (model, state) = adrift();
+    let mut edit = model.edit(&state).unwrap();
+    let mut close = |closure| {
+        let ends = [model.find("c"), None];
+        edit.close_at("tether", ends, Pose::IDENTITY, closure)
+    };
+    let universal = |second| Closure::Universal {
+        first: DVec3::X,
+        second,
+    };
+    for closure in [Closure::Distance { length: 0.5 }, universal(DVec3::ONE)] {
+        let error = close(closure).unwrap_err();
+        assert!(matches!(&error, ModelError::NotThere { name } if name == "tether"));
+        assert!(error.to_string().contains("Edit::close"), "{error}");
+    }
+    close(universal(DVec3::new(0.0, 3.0, 4.0))).unwrap();
+    assert_eq!(edit.finish().unwrap().model.loops().len(), 1);
 }

@@ -2,8 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
+mod remote;
+
 use glam::{DMat3, DVec3};
-use std::sync::OnceLock;
+use remote::{PRECISIONS, device};
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
@@ -12,22 +14,8 @@ use vertebra_dynamics::{
     DcaOptions, DcaWorkspace, Error, Forces, Integrator, Precision, Workspace, Wrench, aba, dca,
     forward_error,
 };
-use vertebra_gpu::{Device, tests_are_left_out};
+use vertebra_gpu::Device;
 use vertebra_spatial::Pose;
-
-/// Chunks and joins: the three choices there are.
-const PRECISIONS: [(Precision, Precision); 3] = [
-    (Precision::F32, Precision::F32),
-    (Precision::F64, Precision::F32),
-    (Precision::F64, Precision::F64),
-];
-
-/// One for all tests, so that pipelines are compiled once.
-fn device() -> Option<Device> {
-    static DEVICE: OnceLock<Option<Device>> = OnceLock::new();
-    let open = || (!tests_are_left_out()).then(|| Device::auto().unwrap());
-    DEVICE.get_or_init(open).clone()
-}
 
 fn inputs(model: &Model, seed: u64) -> (State, Forces) {
     let mut forces = Forces::none(model);

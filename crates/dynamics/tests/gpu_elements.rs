@@ -4,10 +4,11 @@
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
 mod driven;
+mod remote;
 
 use driven::{assert_alike, chain, moved};
 use glam::{DQuat, DVec3};
-use std::sync::OnceLock;
+use remote::{PRECISIONS, device};
 use vertebra_assembly::generate::{self, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{
@@ -18,21 +19,7 @@ use vertebra_dynamics::{
     Algorithm, DcaOptions, DcaWorkspace, Elements, Error, Forces, Integrator, Motor, Precision,
     Simulation, SolverOptions, Work, Workspace, aba, dca, forward_error, gpu,
 };
-use vertebra_gpu::{Device, tests_are_left_out};
-
-/// Chunks and joins: the three choices there are.
-const PRECISIONS: [(Precision, Precision); 3] = [
-    (Precision::F32, Precision::F32),
-    (Precision::F64, Precision::F32),
-    (Precision::F64, Precision::F64),
-];
-
-/// One for all tests, so that pipelines are compiled once.
-fn device() -> Option<Device> {
-    static DEVICE: OnceLock<Option<Device>> = OnceLock::new();
-    let open = || (!tests_are_left_out()).then(|| Device::auto().unwrap());
-    DEVICE.get_or_init(open).clone()
-}
+use vertebra_gpu::Device;
 
 fn options((chunks, tree): (Precision, Precision), window: usize, sweeps: usize) -> Options {
     Options {

@@ -78,8 +78,9 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn sdf_is_refused_or_sound(damages in damages()) {
-        let text = damaged(include_str!("data/rover.sdf"), &damages);
+    fn sdf_is_refused_or_sound(damages in damages(), which in 0..2_usize) {
+        let texts = [include_str!("data/rover.sdf"), include_str!("data/crane.sdf")];
+        let text = damaged(texts[which], &damages);
         sound(vertebra_files::sdf::parse(&text), |import| Some(import.model.clone()));
     }
 }

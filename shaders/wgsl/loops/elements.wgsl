@@ -44,17 +44,25 @@ fn account(g: Group, lane: u32) {
     }
 }
 
-// Of the freedoms' rotors.
-fn rotor_energy(spot: Spot) -> real {
+// qd' E qd / 2: loops are put back in the metric of this inertia too.
+fn own_energy(spot: Spot) -> real {
     let v = work_qd() + spot.v;
     switch kind_of(spot.flags) {
         case REVOLUTE, PRISMATIC, SCREW: {
             let rate: real = real(state[v]);
-            return 0.5 * element_row(spot.slot, 0u).w * rate * rate;
+            return 0.5 * own_kept(spot.v, 0u) * rate * rate;
         }
         case SPHERICAL: {
             let w = state3(v);
-            return 0.5 * ball_of(spot.slot).armature * dot(w, w);
+            return 0.5 * dot(w, moments_times(moments_kept(spot.v), w));
+        }
+        case FREE: {
+            var sum: real = 0.0;
+            for (var k = 0u; k < 6u; k++) {
+                let rate: real = real(state[v + k]);
+                sum += 0.5 * given_number(OWN, spot.v + k) * rate * rate;
+            }
+            return sum;
         }
         default: { return 0.0; }
     }

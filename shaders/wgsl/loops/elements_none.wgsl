@@ -6,4 +6,4 @@ fn has_own_inertia(spot: Spot) -> bool { return false; }
 
 fn account(g: Group, lane: u32) {}
 
-fn rotor_energy(spot: Spot) -> real { return 0.0; }
+fn own_energy(spot: Spot) -> real { return 0.0; }

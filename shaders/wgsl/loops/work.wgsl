@@ -35,7 +35,7 @@ fn energy_of(g: Group, lane: u32) -> real {
             sum += 0.5 * (l.mass * dot(p.velocity, p.velocity) + dot(p.spin, turning));
             sum += dot(p.velocity, cross3(p.spin, moment)) + dot(upwards(), moment);
             sum += l.mass * number(body_memory(g, body) + HEIGHT);
-            sum += rotor_energy(member_at(g, body).spot);
+            sum += own_energy(member_at(g, body).spot);
         }
     }
     return sum_of(lane, sum);

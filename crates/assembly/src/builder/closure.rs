@@ -100,7 +100,7 @@ impl Builder {
                 closure: mirror.map_or(closed.closure, |mirror| mirror.closure(closed.closure)),
             });
         }
-        // Coordinates keep their signs in a mirror.
+        // Coordinates of one freedom keep their signs in a mirror.
         let couplings = other.couplings.iter().map(|coupling| CouplingDescription {
             name: renamed(&coupling.name),
             body: renamed(&coupling.body),

@@ -2,6 +2,7 @@
 
 use super::SolidError;
 use crate::ModelError;
+use crate::error::hint;
 use core::fmt;
 use thiserror::Error;
 
@@ -43,10 +44,15 @@ pub enum Problem {
         source: SolidError,
     },
     /// A body to go to that was not added before.
-    #[error("there is no body `{body}` to go to; add it first, or correct the name")]
+    #[error(
+        "there is no body `{body}` to go to{}; add it first, or correct the name",
+        hint(.meant.as_deref())
+    )]
     UnknownBody {
         /// The name.
-        body: String,
+        body: Box<str>,
+        /// A body that is nearly spelt like it.
+        meant: Option<Box<str>>,
     },
     /// Something said of the body here, where there is none.
     #[error(
@@ -61,6 +67,18 @@ pub enum Problem {
     NoLinks {
         /// Name of the chain.
         name: String,
+    },
+    /// A helix of links without length, or of no shape.
+    #[error(
+        "the {what} of the helix `{name}` is {value}; give a length above zero and finite angles"
+    )]
+    BadHelix {
+        /// Name of the helix.
+        name: String,
+        /// Which number.
+        what: &'static str,
+        /// The number.
+        value: f64,
     },
     /// A strand along a curve that has no length, or turns back within a link, or without links.
     #[error(

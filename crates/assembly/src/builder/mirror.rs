@@ -8,7 +8,8 @@ use vertebra_spatial::Pose;
 ///
 /// Every frame is reflected and then turned back into a right-handed one by the same M in its own
 /// coordinates, so that poses P become M P M, which are rigid motions again. Vectors of places become M v;
-/// axes of rotation, whose sense a mirror reverses, -M a; so that coordinates keep their signs.
+/// axes of rotation, whose sense a mirror reverses, -M a; so that coordinates of joints of one freedom keep their
+/// signs. Those of spherical and free joints are vectors of either sort themselves.
 pub(super) struct Mirror(DMat3);
 
 impl Mirror {

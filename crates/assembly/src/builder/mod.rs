@@ -42,7 +42,7 @@ pub use shape::{BodyShape, SolidError};
 use crate::description::STANDARD_GRAVITY;
 use crate::{
     BodyId, Compound, CouplingDescription, FrameDescription, LoopDescription, MassProperties,
-    Model, ModelDescription,
+    Model, ModelDescription, spelling, validate,
 };
 use glam::{DQuat, DVec3};
 use mirror::Mirror;
@@ -71,7 +71,7 @@ impl From<BodyShape> for Matter {
 }
 
 impl Matter {
-    fn mass_properties(&self) -> Result<MassProperties, SolidError> {
+    pub(crate) fn mass_properties(&self) -> Result<MassProperties, SolidError> {
         match self {
             Self::Given(mass) => Ok(*mass),
             Self::BodyShape(solid) => solid.mass_properties(),
@@ -158,9 +158,16 @@ impl Builder {
     pub fn from(mut self, body: &str) -> Self {
         match self.by_name.get(body) {
             Some(&part) => self.at = Some(part),
-            None => self.problems.push(Problem::UnknownBody {
-                body: body.to_owned(),
-            }),
+            None => {
+                // Each hint takes a look at all bodies.
+                let names = self.parts.iter().map(|part| part.name.as_str());
+                let is_among_first = self.problems.len() < validate::HINTS;
+                let meant = is_among_first.then(|| spelling::nearest(body, names));
+                self.problems.push(Problem::UnknownBody {
+                    meant: meant.flatten().map(Box::from),
+                    body: body.into(),
+                });
+            }
         }
         self
     }
@@ -303,17 +310,33 @@ impl Builder {
         self
     }
 
-    /// Adds a [`chain`](Self::chain) of links of `length` along z \[m\], each bent by `bend` about x and
-    /// twisted by `twist` about z \[rad\] against the one before: a helix.
+    /// Adds a helix: a [`chain`](Self::chain) of links along z, each bent about x and twisted about z against the
+    /// one before. `winding` is the length of a link \[m\], the bend and the twist \[rad\].
     #[must_use]
     pub fn helix(
-        self,
+        mut self,
         name: &str,
         count: usize,
         joint: impl Into<Compound>,
         matter: impl Into<Matter>,
-        (length, bend, twist): (f64, f64, f64),
+        winding: (f64, f64, f64),
     ) -> Self {
+        let (length, bend, twist) = winding;
+        let bad = if !(length.is_finite() && length > 0.0) {
+            Some(("length of a link", length))
+        } else {
+            let angles = [("bend", bend), ("twist", twist)];
+            angles.into_iter().find(|(_, angle)| !angle.is_finite())
+        };
+        if let Some((what, value)) = bad {
+            self.problems.push(Problem::BadHelix {
+                name: name.to_owned(),
+                what,
+                value,
+            });
+            // One that makes no further problems.
+            return self.chain(name, count, joint, matter, Pose::IDENTITY);
+        }
         let half = |angle: f64| (libm::sin(0.5 * angle), libm::cos(0.5 * angle));
         let ((sx, cx), (sz, cz)) = (half(bend), half(twist));
         let turn = DQuat::from_xyzw(0.0, 0.0, sz, cz) * DQuat::from_xyzw(sx, 0.0, 0.0, cx);
@@ -357,7 +380,11 @@ impl Builder {
     }
 
     /// The same for the mirror image of the other in the plane through its world's origin across `normal`.
-    /// Coordinates keep their signs: the same motion is the mirror image.
+    ///
+    /// Joints of one freedom, and rows of them, move as the mirror image at the same coordinates. A mirror reverses
+    /// turns, so that of spherical and free joints some signs change: with n the unit normal and
+    /// m(v) = v - 2 (n · v) n, the x, y, z of quaternions, angular velocities and torques become -m(v), positions,
+    /// linear velocities and forces m(v). Across y that is the sign of x and z of the former and of y of the latter.
     #[must_use]
     pub fn mirror(mut self, prefix: &str, other: &Self, normal: DVec3, placement: Pose) -> Self {
         match Mirror::new(normal) {
@@ -441,7 +468,8 @@ impl Builder {
     /// Checks everything and makes it a model.
     ///
     /// # Errors
-    /// [`BuildError`] with every problem there is.
+    /// [`BuildError`] with every problem there is, as [`ModelDescription::problems`] lists them, and those of the
+    /// sentences themselves.
     pub fn build(self) -> Result<Built, BuildError> {
         let description = self.describe();
         let mut problems = self.problems;

@@ -16,7 +16,7 @@ impl Edit<'_> {
     ///
     /// The state stays as it is. Simulations refuse to step one that is far from closing the loop until
     /// `Simulation::close_loops` has moved it there; rates that open it are taken out by the first step, as an
-    /// impact would. Loops of bodies that this edit adds are closed in a second one.
+    /// impact would.
     ///
     /// # Errors
     /// [`ModelError::NoSuchBody`], [`ModelError::SelfLoop`]; [`ModelError`] of a bad placement or closure, or of a
@@ -35,10 +35,10 @@ impl Edit<'_> {
         if bodies[0] == bodies[1] {
             return Err(ModelError::SelfLoop { name });
         }
-        for placement in &placements {
-            validate::check_placement("placement", &name, placement)?;
-        }
-        closure::check_closure(&name, &closure)?;
+        validate::first(|problems| {
+            closure::check_places(&name, &placements, problems);
+            closure::check_closure(&name, &closure, problems);
+        })?;
         let placements = placements.map(|placement| Pose {
             rotation: validate::unit_rotation(placement.rotation),
             ..placement
@@ -76,7 +76,8 @@ impl Edit<'_> {
     /// ```
     ///
     /// # Errors
-    /// As [`close`](Self::close).
+    /// As [`close`](Self::close); [`ModelError::NotThere`] of a closure that does not let its frames coincide: a
+    /// [`Closure::Distance`], or a [`Closure::Universal`] whose axes are not perpendicular.
     pub fn close_at(
         &mut self,
         name: impl Into<String>,
@@ -86,6 +87,10 @@ impl Edit<'_> {
     ) -> Result<(), ModelError> {
         let name = name.into();
         validate::check_placement("placement", &name, &at)?;
+        validate::first(|problems| closure::check_closure(&name, &closure, problems))?;
+        if !closure.lets_frames_coincide() {
+            return Err(ModelError::NotThere { name });
+        }
         let mut placements = [at; 2];
         for (placement, body) in placements.iter_mut().zip(bodies) {
             let below = match body {
@@ -115,7 +120,7 @@ impl Edit<'_> {
         }
     }
 
-    /// Couples the joints of two bodies, of one freedom each: q = ratio * q_other + offset.
+    /// Couples the joints of two bodies, of one freedom each, the first one following: q = ratio * q_other + offset.
     ///
     /// # Errors
     /// [`ModelError::NoSuchBody`], [`ModelError::CoupledFreedoms`], [`ModelError::SelfLoop`]; [`ModelError`] of a
@@ -123,14 +128,15 @@ impl Edit<'_> {
     pub fn couple(
         &mut self,
         name: impl Into<String>,
-        [body, other]: [BodyId; 2],
+        bodies: [BodyId; 2],
         ratio: f64,
         offset: f64,
     ) -> Result<(), ModelError> {
         let name = self.fresh(name.into())?;
+        let [body, other] = bodies;
         validate::finite("coupling ratio", &name, ratio)?;
         validate::finite("coupling offset", &name, offset)?;
-        for body in [body, other] {
+        for body in bodies {
             let index = self.known(body)?;
             let freedoms = self.joint(index).0.kind.dof_count();
             if freedoms != 1 {
@@ -164,7 +170,10 @@ impl Edit<'_> {
             couplings.remove(index);
             return Ok(());
         }
+        let old = self.model.bodies().len();
+        let added = || self.added.iter().position(|added| added.name == name);
         let body = self.model.find(name).map(BodyId::index);
+        let body = body.or_else(|| Some(old + added()?));
         let Some(index) =
             body.filter(|&index| !self.removed[index] && self.joint(index).0.mimic.is_some())
         else {

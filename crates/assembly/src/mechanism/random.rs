@@ -1,6 +1,6 @@
 //! Random mechanisms with closed loops.
 
-use crate::kinematics::{Placed, beyond};
+use crate::kinematics::{Placed, of_body};
 use crate::{Closure, Model, ModelError, Random, State, generate};
 use glam::{DQuat, DVec3};
 use vertebra_spatial::Pose;
@@ -73,7 +73,7 @@ fn poses(model: &Model, state: &State) -> Vec<Pose> {
     let mut placed: Vec<Placed> = Vec::with_capacity(model.bodies().len());
     for body in model.bodies() {
         let parent = body.parent.map_or(Placed::WORLD, |id| placed[id.index()]);
-        placed.push(beyond(&parent, body, state));
+        placed.push(of_body(&parent, body, state));
     }
     placed.into_iter().map(|body| body.pose).collect()
 }

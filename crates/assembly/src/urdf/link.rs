@@ -67,7 +67,7 @@ fn read_inertial<'a>(
     }
     .placed(&origin);
     // Checked here, before folding can hide what is wrong.
-    validate::check_mass_numbers(link, &properties)
+    validate::first(|problems| validate::check_mass_numbers(link, &properties, problems))
         .map_err(|error| UrdfError::at(reader.location(node), Problem::Model(error)))?;
     Ok(properties)
 }

@@ -4,8 +4,11 @@ use crate::Error;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// What drives a joint with one freedom: force = `force` + `stiffness` (`position` - q)
-/// + `damping` (`rate` - qd), between -`limit` and `limit`.
+/// What drives a joint with one freedom, by a force between `-limit` and `limit`:
+///
+/// ```text
+/// force + stiffness (position - q) + damping (rate - qd)
+/// ```
 ///
 /// Steps of [`Integrator::SemiImplicitEuler`](crate::Integrator::SemiImplicitEuler) take position and
 /// rate at the end of the step, so that no gains are too stiff for it; a motor that its limit holds back
@@ -97,9 +100,14 @@ impl Default for Motor {
     }
 }
 
-/// What drives a spherical joint: torque = `torque` + `stiffness` times the rotation vector from where the child
-/// is to `orientation`, the short way, + `damping` (`rate` - w), no larger than `limit`. All in the axes of the
-/// child's joint frame, as the joint's rates w are.
+/// What drives a spherical joint, by a torque no larger than `limit`:
+///
+/// ```text
+/// torque + stiffness r + damping (rate - w)
+/// ```
+///
+/// with r the rotation vector from where the child is to `orientation`, the short way. All in the axes of the child's
+/// joint frame, as the joint's rates w are.
 ///
 /// Steps of [`Integrator::SemiImplicitEuler`](crate::Integrator::SemiImplicitEuler) take orientation and rate at the
 /// end of the step, the former to first order in what the step turns, so that no gains are too stiff for it.

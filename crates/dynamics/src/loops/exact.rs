@@ -9,8 +9,8 @@
 //! as `tolerance.rs` does it for the first line alone, with the same estimate: the change that a correction makes is the
 //! error before it. Lambda acts as force pairs on the bodies, so that the residual of the bodies' equations includes
 //! it. Corrections do not see the rounding of the loops' own equations; second rates as large as that are responded to, and bound
-//! the estimate from below. The residual of a loop's equation is what it leaves over the sum of its terms' sizes, and the larger of the two
-//! is the one reported. Changes are measured by no less than the loads would cause (`balance.rs`): a linkage that hangs at
+//! the estimate from below. The residual of a loop is the most that one of its equations leaves over the largest sum of terms' sizes, and the larger
+//! of this and of the tree's is the one reported. Changes are measured by no less than the loads would cause (`balance.rs`): a linkage that hangs at
 //! rest has no acceleration to measure them by.
 
 use super::constraint::Constraint;
@@ -93,18 +93,20 @@ impl Loops {
         (bare + turning, size + turning.abs())
     }
 
-    /// The largest part of the sizes of its terms that an equation leaves.
+    /// The largest part of the sizes of its terms that an equation leaves; those of a loop share the largest size, since those
+    /// across a plane in which all moves have terms that are rounding.
     fn left(&self) -> f64 {
-        let mut worst = 0.0_f64;
-        for constraint in &self.constraints {
-            for row in constraint.rows.clone() {
-                let (left, size) = self.terms(constraint, row);
-                if size > 0.0 {
-                    worst = worst.max(left.abs() / size);
-                }
-            }
-        }
-        worst
+        let of_constraint = |constraint: &Constraint| {
+            let rows = constraint.rows.clone();
+            let terms = rows.map(|row| self.terms(constraint, row));
+            let (left, size) = terms.fold((0.0_f64, 0.0_f64), |(left, size), (row, own)| {
+                (left.max(row.abs()), size.max(own))
+            });
+            if size > 0.0 { left / size } else { 0.0 }
+        };
+        (self.constraints.iter())
+            .map(of_constraint)
+            .fold(0.0, f64::max)
     }
 
     /// By how much accelerations differ from those in `spread`, as part of the largest in SI and of no less than `least`

@@ -1,7 +1,9 @@
 //! What loops do to the energy of a motion.
 //!
 //! Loops that stay closed do no work. Steps in time leave them, by as much as their order says, and are put back.
-//! What that changes of the energy is measured on both states. Semi-implicit Euler moves off the loops by the very
+//! What that changes of the energy is measured on both states, the kinetic energy in the metric M + E of the factors: rates are put
+//! back by an impulse J'mu = (M + E) (qd' - qd), of which E (qd' - qd) is what a spring, a damper or a motor that is implicit
+//! in the rates then does otherwise in the step, and is counted there. Semi-implicit Euler moves off the loops by the very
 //! rates that their forces make, to first order: with J the rates' rows and lambda the forces of the step,
 //!
 //! W = h lambda' J (qd + qd') / 2,

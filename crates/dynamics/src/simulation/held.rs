@@ -139,10 +139,11 @@ impl Simulation {
     /// The forces that keep the loops closed and the joints coupled in the current state, under the current forces.
     ///
     /// Where loops ask for the same thing twice, those of least norm, a loop's moments counted over the length of its
-    /// longest link and each loop by the compliance it meets: they share alike.
+    /// longest link and each loop by the compliance it meets: they share alike. Of loops that are open
+    /// ([`loop_violation`](Self::loop_violation)) they are those that would keep them as far open.
     ///
     /// # Errors
-    /// [`Error`] as for a step.
+    /// [`Error`] as for a step, open loops excepted.
     pub fn loop_forces(&mut self) -> Result<LoopForces, Error> {
         self.fetch_state()?;
         self.posed = false;

@@ -210,16 +210,17 @@ impl Host {
             Integrator::SemiImplicitEuler => self.solver.loop_work(model, [start, &self.next], h),
             Integrator::RungeKutta4 | Integrator::ImplicitMidpoint => 0.0,
         };
-        let before = self.energy(model);
+        let before = self.energy(model, forces);
         // New factors have the inertia of the freedoms' own that those of the step have.
-        let forces = busy(&mut self.elements).map_or(forces, |elements| elements.loaded());
-        self.solver.close(model, &mut self.next, forces)?;
-        Ok(in_step + self.energy(model) - before)
+        let loaded = busy(&mut self.elements).map_or(forces, |elements| elements.loaded());
+        self.solver.close(model, &mut self.next, loaded)?;
+        Ok(in_step + self.energy(model, forces) - before)
     }
 
-    /// Kinetic energy, that of rotors included, and potential energy at the end of a step \[J\].
-    fn energy(&mut self, model: &Model) -> f64 {
-        let rotors = (self.elements.as_ref()).map_or(0.0, |own| own.held(&self.next).rotors);
-        self.solver.energy(model, &self.next) + rotors
+    /// Kinetic energy in the metric in which loops are closed, and potential energy at the end of a step \[J\].
+    fn energy(&mut self, model: &Model, forces: &Forces) -> f64 {
+        let loaded = busy(&mut self.elements).map_or(forces, |elements| elements.loaded());
+        let own = loaded.own_energy(model, &self.next.qd);
+        self.solver.energy(model, &self.next) + own
     }
 }

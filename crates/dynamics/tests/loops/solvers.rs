@@ -109,6 +109,7 @@ fn loops_are_solved_to_a_tolerance() {
                 let achieved = solver.achieved().unwrap();
                 let off = off(&found, &right);
                 assert!(achieved.error <= tolerance);
+                assert!(achieved.residual <= tolerance, "{achieved}");
                 assert!(off <= tolerance, "{} {achieved}: {off:e}", model.name());
             }
         }

@@ -8,24 +8,6 @@ use super::cif::{Kind, Word, Words};
 use crate::{FileError, Problem};
 use pdbtbx::{Atom, Model, PDB};
 
-/// A column by its names, of which the first that has a value counts, and whether it must be there.
-type Column = (&'static [&'static str], bool);
-
-const POSITION: [Column; 3] = [
-    (&["Cartn_x"], true),
-    (&["Cartn_y"], true),
-    (&["Cartn_z"], true),
-];
-const NAME: Column = (&["label_atom_id", "auth_atom_id"], true);
-const RESIDUE: Column = (&["label_comp_id", "auth_comp_id"], true);
-const CHAIN: Column = (&["auth_asym_id", "label_asym_id"], true);
-const NUMBER: Column = (&["auth_seq_id", "label_seq_id"], true);
-const ELEMENT: Column = (&["type_symbol"], true);
-const RECORD: Column = (&["group_PDB"], false);
-const ALTERNATIVE: Column = (&["label_alt_id"], false);
-const INSERTION: Column = (&["pdbx_PDB_ins_code"], false);
-const MODEL: Column = (&["pdbx_PDB_model_num"], false);
-
 /// The atoms of the first model.
 pub(super) fn read(text: &str) -> Result<PDB, FileError> {
     let mut words = Words::new(text)?;
@@ -140,10 +122,27 @@ fn read_loop<'t>(words: &mut Words<'t>, start: Word<'t>) -> Result<Option<Model>
     Ok(table.map(|table| table.model))
 }
 
+/// A column, or two that say the same, of which the first that has a value counts.
+#[derive(Clone, Copy)]
+struct Column {
+    /// Its name in messages.
+    name: &'static str,
+    /// Its places in the table.
+    at: [Option<usize>; 2],
+}
+
 /// The table of atoms.
 struct Table<'t> {
-    /// Names of its columns, in lower case.
-    columns: Vec<String>,
+    record: Column,
+    position: [Column; 3],
+    name: Column,
+    element: Column,
+    residue: Column,
+    chain: Column,
+    number: Column,
+    alternative: Column,
+    insertion: Column,
+    model_number: Column,
     model: Model,
     /// What the first row calls its model.
     first: Option<&'t str>,
@@ -151,84 +150,103 @@ struct Table<'t> {
 
 impl<'t> Table<'t> {
     fn new(tags: &[Word<'t>]) -> Result<Self, FileError> {
-        let mut columns: Vec<String> = Vec::with_capacity(tags.len());
+        let mut columns: Vec<&str> = Vec::with_capacity(tags.len());
         for tag in tags {
             let Some(name) = column_name(tag.text) else {
                 return Err(tag.refused("`_atom_site`", "another column of the same table"));
             };
-            let name = name.to_ascii_lowercase();
-            if let Some(before) = columns.iter().position(|other| *other == name) {
+            let same = |other: &&str| other.eq_ignore_ascii_case(name);
+            if let Some(before) = columns.iter().position(same) {
                 let problem = Problem::DuplicateName {
                     first_line: u32::try_from(tags[before].line).unwrap_or(u32::MAX),
                 };
-                return Err(FileError::on_line(
-                    tag.line,
-                    format!("`{}`", tag.text),
-                    problem,
-                ));
+                let element = format!("`{}`", tag.text);
+                return Err(FileError::on_line(tag.line, element, problem));
             }
             columns.push(name);
         }
-        let table = Self {
-            columns,
+        let place = |name: &str| {
+            columns
+                .iter()
+                .position(|other| other.eq_ignore_ascii_case(name))
+        };
+        let optional = |name: &'static str| Column {
+            name,
+            at: [place(name), None],
+        };
+        let needed = |[name, other]: [&'static str; 2]| {
+            let at = [place(name), place(other)];
+            match at {
+                [None, None] => {
+                    let problem = Problem::MissingColumn { column: name };
+                    let line = tags.first().map_or(0, |tag| tag.line);
+                    Err(FileError::on_line(line, "`_atom_site`", problem))
+                }
+                [None, _] => Ok(Column { name: other, at }),
+                _ => Ok(Column { name, at }),
+            }
+        };
+        let alone = |name: &'static str| needed([name, name]);
+        Ok(Self {
+            record: optional("group_PDB"),
+            position: [alone("Cartn_x")?, alone("Cartn_y")?, alone("Cartn_z")?],
+            name: needed(["label_atom_id", "auth_atom_id"])?,
+            element: alone("type_symbol")?,
+            residue: needed(["label_comp_id", "auth_comp_id"])?,
+            chain: needed(["auth_asym_id", "label_asym_id"])?,
+            number: needed(["auth_seq_id", "label_seq_id"])?,
+            alternative: optional("label_alt_id"),
+            insertion: optional("pdbx_PDB_ins_code"),
+            model_number: optional("pdbx_PDB_model_num"),
             model: Model::new(1),
             first: None,
-        };
-        let others = [NAME, RESIDUE, CHAIN, NUMBER, ELEMENT];
-        for (names, _) in POSITION.into_iter().chain(others) {
-            if !names.iter().any(|name| table.index(name).is_some()) {
-                let problem = Problem::MissingColumn { column: names[0] };
-                let line = tags.first().map_or(0, |tag| tag.line);
-                return Err(FileError::on_line(line, "`_atom_site`", problem));
-            }
-        }
-        Ok(table)
-    }
-
-    fn index(&self, name: &str) -> Option<usize> {
-        let same = |column: &String| column.eq_ignore_ascii_case(name);
-        self.columns.iter().position(same)
+        })
     }
 
     /// Takes up a row, which is counted from 1; those of further models are looked at and left.
-    fn add(&mut self, row: &[Word<'t>], count: usize) -> Result<(), FileError> {
-        let row = Row {
-            table: self,
-            words: row,
-            count,
-        };
-        if let Some(record) = row.value(RECORD)?
+    fn add(&mut self, words: &[Word<'t>], count: usize) -> Result<(), FileError> {
+        let row = Row { words, count };
+        if let Some(record) = row.value(self.record)?
             && !matches!(record.text, "ATOM" | "HETATM")
         {
             let expected = "ATOM or HETATM (or the row before has a value too many or too few)";
-            return Err(row.refused(record, RECORD, expected));
+            return Err(row.refused(record, self.record, expected));
         }
-        let [x, y, z] = [
-            row.coordinate(POSITION[0])?,
-            row.coordinate(POSITION[1])?,
-            row.coordinate(POSITION[2])?,
-        ];
-        let (name, element) = (row.needed(NAME)?, row.needed(ELEMENT)?);
-        let (residue, chain) = (row.needed(RESIDUE)?, row.needed(CHAIN)?);
-        let number = row.needed(NUMBER)?;
-        let number_of_residue: isize = match number.text.parse() {
-            Ok(number) => number,
-            Err(_) => return Err(row.refused(number, NUMBER, "a whole number")),
+        let [x, y, z] = self.position.map(|column| row.coordinate(column));
+        let (x, y, z) = (x?, y?, z?);
+        let (name, element) = (row.needed(self.name)?, row.needed(self.element)?);
+        let (residue, chain) = (row.needed(self.residue)?, row.needed(self.chain)?);
+        let number = row.needed(self.number)?;
+        let Ok(residue_number) = number.text.parse::<isize>() else {
+            return Err(row.refused(number, self.number, "a whole number"));
         };
-        let text = |word: Option<Word<'t>>| word.map(|word| word.text);
-        let (alternative, insertion) = (text(row.value(ALTERNATIVE)?), text(row.value(INSERTION)?));
-        let model = text(row.value(MODEL)?);
-        let atom = Atom::new(false, count, name.text, x, y, z, 1.0, 0.0, element.text, 0);
+        let text = |column| Ok::<_, FileError>(row.value(column)?.map(|word| word.text));
+        let (alternative, insertion) = (text(self.alternative)?, text(self.insertion)?);
+        let model = text(self.model_number)?;
+        let (occupancy, temperature, charge) = (1.0, 0.0, 0);
+        let atom = Atom::new(
+            false,
+            count,
+            name.text,
+            x,
+            y,
+            z,
+            occupancy,
+            temperature,
+            element.text,
+            charge,
+        );
         let Some(atom) = atom else {
-            return Err(row.refused(name, NAME, "the name of an atom"));
+            return Err(row.refused(name, self.name, "the name of an atom"));
         };
         if count == 1 {
             self.first = model;
         }
         if model == self.first {
-            let residue_id = (number_of_residue, insertion);
+            let residue_id = (residue_number, insertion);
+            let conformer_id = (residue.text, alternative);
             self.model
-                .add_atom(atom, chain.text, residue_id, (residue.text, alternative));
+                .add_atom(atom, chain.text, residue_id, conformer_id);
         }
         Ok(())
     }
@@ -236,7 +254,6 @@ impl<'t> Table<'t> {
 
 /// A row of the table.
 struct Row<'r, 't> {
-    table: &'r Table<'t>,
     words: &'r [Word<'t>],
     count: usize,
 }
@@ -244,8 +261,7 @@ struct Row<'r, 't> {
 impl<'t> Row<'_, 't> {
     /// What stands in a column: letters and digits, if anything.
     fn value(&self, column: Column) -> Result<Option<Word<'t>>, FileError> {
-        let indices = column.0.iter().filter_map(|name| self.table.index(name));
-        let mut words = indices.map(|index| self.words[index]);
+        let mut words = column.at.into_iter().flatten().map(|at| self.words[at]);
         let Some(word) = words.find(|word| word.kind == Kind::Value) else {
             return Ok(None);
         };
@@ -260,9 +276,8 @@ impl<'t> Row<'_, 't> {
         match self.value(column)? {
             Some(word) => Ok(word),
             None => {
-                let index = column.0.iter().find_map(|name| self.table.index(name));
-                let word = self.words[index.unwrap_or_default()];
-                Err(self.refused(word, column, "a value"))
+                let at = column.at.into_iter().flatten().next().unwrap_or_default();
+                Err(self.refused(self.words[at], column, "a value"))
             }
         }
     }
@@ -281,9 +296,7 @@ impl<'t> Row<'_, 't> {
     }
 
     fn refused(&self, word: Word<'_>, column: Column, expected: &'static str) -> FileError {
-        let there = |name: &&&str| self.table.index(name).is_some();
-        let name = column.0.iter().find(there).unwrap_or(&column.0[0]);
-        let element = format!("`_atom_site.{name}` of row {}", self.count);
+        let element = format!("`_atom_site.{}` of row {}", column.name, self.count);
         word.refused(element, expected)
     }
 }
