@@ -71,7 +71,7 @@ pub enum Problem {
         /// The name.
         name: String,
         /// One that the file has and that is spelt nearly alike.
-        meant: Option<String>,
+        meant: Option<Box<str>>,
     },
     /// Two of one name.
     #[error("its name is taken already, on line {first_line}; rename one of them")]
@@ -213,7 +213,7 @@ impl Problem {
         Self::UnknownName {
             what,
             name: name.to_owned(),
-            meant: spelling::nearest(name, known.into_iter()).map(str::to_owned),
+            meant: spelling::nearest(name, known.into_iter()).map(Box::from),
         }
     }
 }
