@@ -34,7 +34,7 @@ mod model;
 mod not_simulated;
 mod random;
 pub mod schedule;
-mod spelling;
+pub mod spelling;
 mod state;
 mod units;
 #[cfg(feature = "urdf")]

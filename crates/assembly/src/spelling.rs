@@ -2,7 +2,8 @@
 
 /// The known name that a word is nearly spelt like: two neighbours exchanged in names of three letters, one letter
 /// off from names of four and five, two from longer ones. Shorter names are too much alike.
-pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
+#[must_use]
+pub fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let apart = known.filter_map(|name| {
         let allowed = match name.len() {
             0..=2 => 0,
@@ -15,7 +16,8 @@ pub(crate) fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> O
         let apart = if is_like { distance(word, name) } else { 0 };
         (1..=allowed).contains(&apart).then_some((name, apart))
     });
-    let nearest = apart.min_by_key(|&(_, apart)| apart);
+    // Of several the first by name, in whatever order they are known.
+    let nearest = apart.min_by_key(|&(name, apart)| (apart, name));
     nearest.map(|(name, _)| name)
 }
 

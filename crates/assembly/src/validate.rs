@@ -520,7 +520,7 @@ pub(crate) fn unit_axis(axis: DVec3) -> DVec3 {
     scaled / scaled.length()
 }
 
-/// Axes of unit length, quaternions too.
+/// Axes of unit length, quaternions too, and no limits where they state nothing.
 pub(crate) fn normalized(mut joint: Joint) -> Joint {
     if let Some(axis) = joint.kind.axis_mut() {
         *axis = unit_axis(*axis);
@@ -529,6 +529,7 @@ pub(crate) fn normalized(mut joint: Joint) -> Joint {
     if let Some(BallRange::Cone { axis, .. }) = range {
         *axis = unit_axis(*axis);
     }
+    joint.limits = joint.limits.filter(|&l| l != JointLimits::default());
     for placement in [&mut joint.parent_placement, &mut joint.child_placement] {
         placement.rotation = unit_rotation(placement.rotation);
     }

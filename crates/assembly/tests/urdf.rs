@@ -57,7 +57,17 @@ fn joint_types_and_defaults() {
         let robot = read(&one_joint(name, ""));
         assert_eq!(arm(&robot), Joint::new(kind));
         assert_eq!(robot.joints["j"], robot.model.find("arm").unwrap());
-        assert!(robot.ignored.is_empty());
+        // Those whose range the format demands lack it.
+        let listed: Vec<_> = robot.ignored.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            listed.len(),
+            usize::from(name == "revolute" || name == "prismatic")
+        );
+        let lacks = "line 4: <limit> of joint `j` has no effect: the format asks for one here and there is none";
+        assert!(
+            listed.iter().all(|text| text.starts_with(lacks)),
+            "{listed:?}"
+        );
     }
     let robot = read(&one_joint("revolute", "<axis xyz='0 0 2'/>"));
     assert_eq!(arm(&robot).kind, JointKind::Revolute { axis: DVec3::Z });
@@ -72,7 +82,7 @@ fn joint_types_and_defaults() {
 #[test]
 fn a_planar_joint_moves_in_its_plane() {
     let rest = "<origin xyz='0 0 2'/><axis xyz='1e-200 2e-200 -3e-200'/><limit effort='1'/>";
-    let follower = joint("k", "revolute", "arm", "tool", "<mimic joint='j'/>");
+    let follower = joint("k", "continuous", "arm", "tool", "<mimic joint='j'/>");
     let elements = link("base")
         + &link("arm")
         + &link("tool")
@@ -137,7 +147,7 @@ fn numbers_as_files_write_them() {
 fn limits_and_dynamics_are_kept_and_said_not_to_be_simulated_and_mimics_are_couplings() {
     let limits = |kind: &str, text: &str| {
         let robot = read(&one_joint(kind, text));
-        assert!(robot.ignored.is_empty());
+        assert_eq!(robot.ignored.is_empty(), !text.is_empty());
         arm(&robot).limits
     };
     let all = "<limit lower='-1' upper='2' velocity='3' effort='4'/>";
@@ -153,12 +163,15 @@ fn limits_and_dynamics_are_kept_and_said_not_to_be_simulated_and_mimics_are_coup
         limits("prismatic", "<limit upper='2'/>").unwrap().position,
         Some([0.0, 2.0])
     );
-    let empty = limits("revolute", "<limit/>").unwrap();
-    assert_eq!(
-        (empty.position, empty.velocity, empty.effort),
-        (None, None, None)
-    );
+    assert_eq!(limits("revolute", "<limit/>"), None);
     assert_eq!(limits("revolute", ""), None);
+    // What stands for no bound.
+    let large = "<limit lower='-1e16' upper='2e16' velocity='1e16' effort='1e300'/>";
+    assert_eq!(limits("prismatic", large), None);
+    let one_sided = "<limit lower='-1' upper='1e16' velocity='1e15' effort='1e16'/>";
+    let one_sided = limits("prismatic", one_sided).unwrap();
+    assert_eq!(one_sided.position, Some([-1.0, 1e16]));
+    assert_eq!((one_sided.velocity, one_sided.effort), (Some(1e15), None));
 
     let elements = link("base")
         + &link("hub")
@@ -190,8 +203,12 @@ fn limits_and_dynamics_are_kept_and_said_not_to_be_simulated_and_mimics_are_coup
     let couplings: Vec<_> = robot.model.couplings().collect();
     assert_eq!((couplings.len(), couplings[0].name.as_str()), (1, "arm"));
     assert_eq!((couplings[0].ratio, couplings[0].offset), (-2.0, 0.1));
-    let plain = read(&one_joint("revolute", "<mimic joint='j'/>"));
-    let mimic = arm(&plain).mimic.unwrap();
+    let plain = link("base")
+        + &link("arm")
+        + &link("tip")
+        + &joint("j", "revolute", "base", "arm", "<mimic joint='k'/>")
+        + &joint("k", "revolute", "arm", "tip", "");
+    let mimic = arm(&read(&crate::robot(&plain))).mimic.unwrap();
     assert_eq!((mimic.multiplier, mimic.offset), (1.0, 0.0));
 }
 
@@ -308,7 +325,7 @@ fn what_has_no_effect_is_listed() {
         + &link("arm")
         + &link("tip")
         + "<transmission name='t'/>\n<madeup/>\n"
-        + &joint("j", "revolute", "base", "arm", "<safety_controller k_velocity='1'/><calibration rising='0'/>")
+        + &joint("j", "continuous", "base", "arm", "<safety_controller k_velocity='1'/><calibration rising='0'/>")
         + &joint("f", "fixed", "arm", "tip", "<axis xyz='0 0 0'/>\n<limit effort='1'/>");
     let robot = read(&robot(&elements));
     let listed: Vec<_> = (robot.ignored.iter())
@@ -342,7 +359,7 @@ fn a_mimic_of_a_folded_or_missing_joint_is_listed() {
         + &link("hub")
         + &link("arm")
         + &joint("weld", "fixed", "base", "hub", "")
-        + &joint("j", "revolute", "hub", "arm", "<mimic joint='weld'/>");
+        + &joint("j", "continuous", "hub", "arm", "<mimic joint='weld'/>");
     let text = robot(&elements);
     let folded = read(&text);
     let listed = folded.ignored[0].to_string();
@@ -361,7 +378,7 @@ fn a_mimic_of_a_folded_or_missing_joint_is_listed() {
 
 #[test]
 fn foreign_namespaces_are_listed_and_default_ones_accepted() {
-    let inner = link("base") + &link("arm") + &joint("j", "revolute", "base", "arm", "");
+    let inner = link("base") + &link("arm") + &joint("j", "continuous", "base", "arm", "");
     let foreign = format!(
         "<robot name='r' xmlns:sensor='http://example.org/sensor'><sensor:camera/>{inner}</robot>"
     );
@@ -479,7 +496,7 @@ fn long_chains_and_deep_nests_are_read() {
         assert_eq!(kept.model.depth(), count);
     }
     let deep = "<a>".repeat(count) + &"</a>".repeat(count);
-    let inner = link("base") + &link("arm") + &joint("j", "revolute", "base", "arm", &deep);
+    let inner = link("base") + &link("arm") + &joint("j", "continuous", "base", "arm", &deep);
     let nested = read(&robot(&(inner + "<gazebo>" + &deep + "</gazebo>")));
     assert_eq!(nested.ignored.len(), 2);
     let unclosed = urdf::parse(&"<robot>".repeat(count), &Options::default());

@@ -56,6 +56,18 @@ fn the_base_of_these_tests_is_right() {
 }
 
 #[test]
+fn a_joint_that_mimics_itself_is_refused() {
+    let rest = "<child link='arm'/>\n<mimic joint='j' multiplier='2'/></joint>";
+    let joint = JOINT.replace("<child link='arm'/></joint>", rest);
+    let problem = refused(
+        &robot(&[BASE, ARM, &joint].concat()),
+        5,
+        &["<mimic> of joint `j`", "mimic itself; name the joint"],
+    );
+    assert_problem!(problem, Problem::SelfMimic);
+}
+
+#[test]
 fn other_documents_are_told_apart() {
     let not_xml = |text: &str, line, words: &[&str]| {
         assert_problem!(

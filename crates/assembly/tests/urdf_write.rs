@@ -280,3 +280,96 @@ fn couplings_are_written_and_loops_are_named() {
     let name = "tips".to_owned();
     assert_eq!(error, WriteError::Loop { name });
 }
+
+/// What the parser of ROS (urdfdom) demands: a `<limit>` of revolute and prismatic joints, effort and velocity of
+/// every one, and bounds, which it takes for zero where they are left out.
+#[test]
+fn limits_are_stated_as_ros_demands_them() {
+    let mut seen = [0; 3];
+    for seed in 0..10 {
+        let text = write(&random_model(60, seed)).unwrap();
+        let document = vertebra_assembly::xml::document(&text).unwrap();
+        let joints = document
+            .root_element()
+            .children()
+            .filter(|node| node.has_tag_name("joint"));
+        for joint in joints {
+            let limit = joint.children().find(|node| node.has_tag_name("limit"));
+            let states = |attribute: &str| {
+                let value = limit.and_then(|limit| limit.attribute(attribute));
+                value.is_some_and(|value| value.parse::<f64>().is_ok_and(f64::is_finite))
+            };
+            let is_bounded = states("effort") && states("velocity");
+            let has_range = states("lower") && states("upper");
+            match joint.attribute("type").unwrap() {
+                "revolute" => assert!(is_bounded && has_range, "{seed}: {joint:?}"),
+                "prismatic" => {
+                    assert!(is_bounded && has_range, "{seed}: {joint:?}");
+                    let lower = limit.unwrap().attribute("lower");
+                    seen[usize::from(lower == Some("-1e16"))] += 1;
+                }
+                _ => {
+                    assert!(limit.is_none() || is_bounded, "{seed}: {joint:?}");
+                    seen[2] += 1;
+                }
+            }
+        }
+    }
+    // Slides with a range, slides without one, joints of other types.
+    assert!(seen.iter().all(|&count| count > 10), "{seen:?}");
+}
+
+/// A bound that stands for none cannot be stated; one-sided ranges can.
+#[test]
+fn bounds_without_end_are_told_from_none() {
+    let rod = MassProperties::rod(1.0, 0.5, 0.01);
+    let with = |limits: JointLimits| {
+        let joint = Joint {
+            limits: Some(limits),
+            ..Joint::prismatic(DVec3::X)
+        };
+        ModelDescription::new("m")
+            .body("b", None, joint, rod)
+            .build()
+            .unwrap()
+    };
+    let limits = JointLimits::default();
+    for beyond in [
+        JointLimits {
+            effort: Some(1e16),
+            ..limits
+        },
+        JointLimits {
+            velocity: Some(f64::MAX),
+            ..limits
+        },
+        JointLimits {
+            position: Some([-1e17, 1e16]),
+            ..limits
+        },
+    ] {
+        let error = write(&with(beyond)).unwrap_err().to_string();
+        assert!(
+            error.contains("a bound of 1e16 or more") && error.contains("`b`"),
+            "{error}"
+        );
+    }
+    for kept in [
+        JointLimits {
+            position: Some([0.0, f64::MAX]),
+            ..limits
+        },
+        JointLimits {
+            position: Some([-1e16, 2.0]),
+            effort: Some(9.9e15),
+            ..limits
+        },
+        limits,
+    ] {
+        let model = with(kept);
+        let again = urdf::parse(&write(&model).unwrap(), &Options::default()).unwrap();
+        assert_eq!(again.model.bodies()[0].joint, model.bodies()[0].joint);
+    }
+    // Limits that state nothing are none.
+    assert_eq!(with(limits).bodies()[0].joint.limits, None);
+}

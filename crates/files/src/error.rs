@@ -5,6 +5,11 @@ use thiserror::Error;
 #[cfg(any(feature = "mjcf", feature = "sdf"))]
 use vertebra_assembly::xml::{XmlError, XmlProblem};
 use vertebra_assembly::{Ignored, Location, ModelError, SolidError};
+#[cfg(any(feature = "mjcf", feature = "sdf"))]
+use vertebra_assembly::{
+    spelling,
+    xml::{Node, Reader},
+};
 
 /// Why a file was refused: where, and what is wrong there.
 #[derive(Debug, Error)]
@@ -56,12 +61,17 @@ pub enum Problem {
         supported: &'static str,
     },
     /// A name that nothing in the file has.
-    #[error("names the {what} `{name}`, which the file does not have; add it or correct the name")]
+    #[error(
+        "names the {what} `{name}`, which the file does not have{}; add it or correct the name",
+        meant.as_ref().map(|name| format!(" (is `{name}` meant?)")).unwrap_or_default()
+    )]
     UnknownName {
         /// What kind of thing it should be.
         what: &'static str,
         /// The name.
         name: String,
+        /// One that the file has and that is spelt nearly alike.
+        meant: Option<Box<str>>,
     },
     /// Two of one name.
     #[error("its name is taken already, on line {first_line}; rename one of them")]
@@ -134,6 +144,26 @@ pub enum Problem {
         /// How many values the row has.
         found: usize,
     },
+    /// A frame of a motion with another number of values than its skeleton has channels.
+    #[error(
+        "has {found} numbers, but the joints have {channels} channels; write each frame on a line of its own, with a number for each of them"
+    )]
+    FrameLength {
+        /// How many channels the joints have in all.
+        channels: usize,
+        /// How many numbers the line has.
+        found: usize,
+    },
+    /// A motion with another number of frames than it states.
+    #[error(
+        "states {stated} frames, but {found} follow; correct the number or add what is missing"
+    )]
+    FrameCount {
+        /// How many are stated.
+        stated: usize,
+        /// How many there are.
+        found: usize,
+    },
     /// Elements nested deeper than any model is.
     #[error("is nested deeper than {limit} levels; flatten it")]
     TooDeep {
@@ -162,14 +192,30 @@ pub enum Problem {
     /// The model cannot be: see the inner error.
     #[error(transparent)]
     Model(ModelError),
-    /// The same, where an element that nothing reads may be the cause.
-    #[error("{error}; {slip}")]
-    ModelAfterSlip {
-        /// What is wrong with the model.
-        error: ModelError,
-        /// The element, whose name is nearly spelt like one that is read.
+    /// A problem that an element or attribute which nothing reads may be the cause of.
+    #[error("{problem}; {slip}")]
+    AfterSlip {
+        /// What is wrong.
+        problem: Box<Self>,
+        /// The element or attribute, whose name is nearly spelt like one that is read.
         slip: Box<Ignored>,
     },
+}
+
+#[cfg(any(feature = "mjcf", feature = "sdf"))]
+impl Problem {
+    /// A name that nothing has, beside those that there are.
+    pub(crate) fn unknown<'k>(
+        what: &'static str,
+        name: &str,
+        known: impl IntoIterator<Item = &'k str>,
+    ) -> Self {
+        Self::UnknownName {
+            what,
+            name: name.to_owned(),
+            meant: spelling::nearest(name, known.into_iter()).map(Box::from),
+        }
+    }
 }
 
 impl FileError {
@@ -185,6 +231,34 @@ impl FileError {
             element: element.into(),
         };
         Self::new(location, problem)
+    }
+
+    /// The same error beside a slip in a name which may be the cause of it: of an attribute of the element that
+    /// it speaks of, of an element in that or in the body that it speaks of, or, where the whole file moves
+    /// nothing, of any element.
+    #[cfg(any(feature = "mjcf", feature = "sdf"))]
+    pub(crate) fn after_slip(self, reader: &Reader<'_>, root: Node<'_, '_>) -> Self {
+        let Self { location, problem } = self;
+        let is_of_all = matches!(problem, Problem::Empty(_)) && location == reader.location(root);
+        let body = match &problem {
+            Problem::Model(error) => error.culprit().map(|name| format!("body `{name}`")),
+            _ => None,
+        };
+        let is_cause = |slip: &&Ignored| {
+            let is_here = slip.owner == location.element;
+            match slip.is_attribute {
+                true => is_here && Some(slip.line) == location.line,
+                false => is_here || is_of_all || Some(&slip.owner) == body.as_ref(),
+            }
+        };
+        let problem = match reader.slips().find(is_cause) {
+            Some(slip) => Problem::AfterSlip {
+                problem: Box::new(problem),
+                slip: Box::new(slip.clone()),
+            },
+            None => problem,
+        };
+        Self { location, problem }
     }
 
     /// The same error with its file.

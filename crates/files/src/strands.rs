@@ -5,8 +5,8 @@
 //! ```text
 //! strands 1          # the format and its version
 //! unit 0.01          # metres a unit of all lengths that follow; 1 without it
-//! radius 0.004       # of the strands that follow, in units
-//! density 1300       # of the strands that follow [kg/m^3]
+//! radius 0.004       # of the strands that follow, in units; 1 mm without it
+//! density 1300       # of the strands that follow [kg/m^3]; 1000 without it
 //! strand fringe      # a new strand; without a name it is called strand_N
 //! 0 0 150            # its points from the root on, two at least
 //! 0 1 149

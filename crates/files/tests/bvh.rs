@@ -170,15 +170,40 @@ fn mistakes_are_named_with_line_and_element() {
         "where JOINT, End Site or a closing brace",
     );
     refused(
-        &replaced("Frames: 25", "Frames: 26"),
-        104,
-        "found the end of the text where a number",
+        &replaced(
+            "CHANNELS 3 Zrotation Xrotation",
+            "CHANNELS 3 Zrotation zrotation",
+        ),
+        9,
+        "joint `Spine`: found `zrotation` where a channel that the joint has not named yet",
     );
-    refused(
-        &replaced("Frames: 25", "Frames: 24"),
-        104,
-        "all frames are there",
+    for stated in ["24", "26"] {
+        refused(
+            &replaced("Frames: 25", &format!("Frames: {stated}")),
+            78,
+            &format!("the motion: states {stated} frames, but 25 follow"),
+        );
+    }
+    // A number too few, too many, or none at all, in the middle of the motion.
+    let lines: Vec<&str> = WALK.lines().collect();
+    let row = lines[89];
+    let (short, word) = row.trim_end().rsplit_once(' ').unwrap();
+    let with = |row: &str, line: u32, words: &str| {
+        let text = [&lines[..89], &[row], &lines[90..]].concat().join("\n");
+        refused(&text, line, words);
+    };
+    with(
+        short,
+        90,
+        "frame 11: has 35 numbers, but the joints have 36 channels",
     );
+    with(&format!("{row} {word}"), 90, "frame 11: has 37 numbers");
+    with(
+        &format!("{short} 1x"),
+        90,
+        "frame 11: found `1x` where a number",
+    );
+    with("", 78, "states 25 frames, but 24 follow");
     refused(&replaced("Frames: 25", "Frames: -1"), 78, "a count");
     refused(
         &replaced("Time: 0.04", "Time: 0"),

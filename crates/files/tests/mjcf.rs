@@ -532,6 +532,46 @@ fn mistakes_are_named_with_line_and_element() {
     );
 }
 
+/// What is nearly spelt like something that is read is named beside the problem that it may be the cause of.
+#[test]
+fn slips_are_named_beside_the_problem_they_cause() {
+    let scene = |inside: &str| {
+        format!("<mujoco><worldbody>\n<body name='arm'><joint name='hinge'/>\n{inside}</mujoco>")
+    };
+    for (text, line, words) in [
+        (
+            "<mujoco><worldbody>\n<boddy name='a'><joint/><geom size='0.1'/></boddy></worldbody></mujoco>".to_owned(),
+            1,
+            "nothing moves; add a body with one; line 2: <boddy> of <worldbody> has no effect: is <body> meant?",
+        ),
+        (
+            scene("<geom siz='0.1'/></body></worldbody>"),
+            3,
+            "<geom> of body `arm`: attribute `size` has 0 numbers; it needs 1; \
+             line 3: `siz` of <geom> of body `arm` has no effect: is `size` meant?",
+        ),
+        (
+            scene("<geom size='0.1'/></body></worldbody>\n<equality><connect body1='amr' anchor='0 0 0'/></equality>"),
+            4,
+            "names the body `amr`, which the file does not have (is `arm` meant?); add it",
+        ),
+        (
+            scene("<geom size='0.1'/></body></worldbody>\n<actuator><motor joint='hnige'/></actuator>"),
+            4,
+            "names the joint `hnige`, which the file does not have (is `hinge` meant?); add it",
+        ),
+    ] {
+        let error = parse(&text).unwrap_err();
+        assert_eq!(error.location.line, Some(line), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+    // Slips elsewhere have nothing to do with it.
+    let elsewhere =
+        scene("<geom size='0.1'/><geom size='0.1' masss='1'/>\n<geom/></body></worldbody>");
+    let error = parse(&elsewhere).unwrap_err().to_string();
+    assert!(!error.contains("meant?"), "{error}");
+}
+
 #[test]
 fn meshes_in_files_weigh_if_the_caller_has_them() {
     let text = with("<joint/><geom type='mesh' mesh='m'/>").replace(

@@ -390,8 +390,18 @@ fn mistakes_are_named() {
     refused("data_X\nloop_\n", "this is mmcif");
     refused(
         "HETATM  107  O   HOH B 101       9.000   9.000   9.000\n",
-        "n, ca and c: b:101 (hoh) is no amino acid",
+        "the structure: has no amino acid with n, ca and c; choose a file with a protein: b:101 (hoh) is no amino acid",
     );
+    // No line is made up where none is known.
+    for text in [
+        "HETATM  107  O   HOH B 101       9.000   9.000   9.000\n",
+        &collapsed,
+        "END\n",
+    ] {
+        let error = pdb::parse_pdb(text, &Options::default()).unwrap_err();
+        assert_eq!(error.location.line, None, "{error}");
+        assert!(!error.to_string().contains("line 0"), "{error}");
+    }
     let error = pdb::read("no/such.pdb", &Options::default()).unwrap_err();
     assert!(error.to_string().starts_with("no/such.pdb"), "{error}");
 }

@@ -316,4 +316,21 @@ fn files_are_told_by_their_endings() {
     recording.save(&json).unwrap();
     assert_eq!(std::fs::read(glb).unwrap()[..4], *b"glTF");
     assert_eq!(std::fs::read(json).unwrap()[0], b'{');
+    let shouted = folder.path().join("A.JSON");
+    recording.save(&shouted).unwrap();
+    assert_eq!(std::fs::read(shouted).unwrap()[0], b'{');
+    // glTF as text is another format; nothing is left where it was asked for.
+    let text = folder.path().join("a.gltf");
+    let error = recording.save(&text).unwrap_err();
+    assert_eq!(error.kind(), std::io::ErrorKind::InvalidInput);
+    assert!(
+        error.to_string().ends_with("let the name end in .glb"),
+        "{error}"
+    );
+    assert!(!text.exists());
+    let nowhere = folder.path().join("no").join("a.glb");
+    let error = recording.save(&nowhere).unwrap_err();
+    assert_eq!(error.kind(), std::io::ErrorKind::NotFound);
+    let path = nowhere.display().to_string();
+    assert!(error.to_string().starts_with(&path), "{error}");
 }

@@ -270,6 +270,99 @@ fn mistakes_are_named_with_line_and_element() {
     assert!(error.to_string().starts_with("no/such.sdf: "), "{error}");
 }
 
+/// Versions before 1.5 mean other axes; nonsense is no version; those to come are read with a word of caution.
+#[test]
+fn versions_are_checked() {
+    let parse = |attributes: &str| {
+        sdf::parse(&format!(
+            "<sdf {attributes}>\n<model name='m'><link name='a'/></model></sdf>"
+        ))
+    };
+    for version in ["1.5", "1.6", "1.9", "1.12"] {
+        let import = parse(&format!("version='{version}'")).unwrap();
+        assert!(import.ignored.is_empty(), "{:?}", import.ignored);
+    }
+    for version in ["1.13", "2.0"] {
+        let import = parse(&format!("version='{version}'")).unwrap();
+        let listed: Vec<_> = import.ignored.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            listed,
+            [
+                "line 1: `version` of <sdf> has no effect: it is later than 1.12, and what came after that is not known"
+            ]
+        );
+    }
+    for (attributes, words) in [
+        (
+            "version='1.4'",
+            "`1.4` in `version` is not supported; use 1.5 or later",
+        ),
+        ("version='0.9'", "`gz sdf -p` converts older files"),
+        ("version='new'", "a version such as 1.9"),
+        ("version='1'", "a version such as 1.9"),
+        ("version='1.x'", "a version such as 1.9"),
+        ("version='-1.9'", "a version such as 1.9"),
+        ("version='1.+9'", "a version such as 1.9"),
+        ("version=''", "no attribute `version`"),
+        ("", "no attribute `version`"),
+    ] {
+        let error = parse(attributes).unwrap_err();
+        assert_eq!(error.location.line, Some(1), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
+/// Versions 1.5 and 1.6 say by a flag what later ones say by `expressed_in`.
+#[test]
+fn axes_of_old_files_may_be_those_of_the_model() {
+    let axis = |attribute: &str, flag: &str| {
+        let text = format!(
+            "<sdf version='1.6'><model name='m'><pose>0 0 0 0.3 0.2 0.1</pose>
+             <link name='a'><pose>0 0 1 1 0.5 0.2</pose></link>
+             <joint name='j' type='revolute'><parent>world</parent><child>a</child>
+             <axis><xyz {attribute}>1 2 3</xyz>{flag}</axis></joint></model></sdf>"
+        );
+        let import = sdf::parse(&text).unwrap();
+        assert!(import.ignored.is_empty(), "{:?}", import.ignored);
+        import.model.bodies()[0].joint.kind
+    };
+    let flag = |stated: &str| format!("<use_parent_model_frame>{stated}</use_parent_model_frame>");
+    let of_model = axis("expressed_in='__model__'", "");
+    assert_eq!(axis("", &flag("true")), of_model);
+    assert_eq!(axis("", &flag("0")), axis("", ""));
+    assert_ne!(axis("", ""), of_model);
+}
+
+/// A name that nothing has, and an element that is nearly spelt like one that is missing.
+#[test]
+fn slips_in_names_are_pointed_out() {
+    let hinge = |child: &str, joint: &str| {
+        format!(
+            "<sdf version='1.9'><model name='m'>\n<link name='arm'/>\n<joint name='j' type='{joint}'><parent>world</parent><{child}>amr</{child}></joint></model></sdf>"
+        )
+    };
+    for (text, words) in [
+        (
+            hinge("child", "fixed"),
+            "names the frame `amr`, which the file does not have (is `arm` meant?)",
+        ),
+        (
+            hinge("chidl", "fixed"),
+            "has no <child>; add one; line 3: <chidl> of joint `j` has no effect: is <child> meant?",
+        ),
+    ] {
+        let error = sdf::parse(&text).unwrap_err();
+        assert_eq!(error.location.line, Some(3), "{error}");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+    let twice = "<sdf version='1.9'>\n<model name='m'>\n<link name='a'/></model>\n<model name='m'><link name='a'/></model></sdf>";
+    let error = sdf::parse(twice).unwrap_err().to_string();
+    assert!(
+        error.starts_with("line 4: ") && error.contains("already, on line 3"),
+        "{error}"
+    );
+}
+
 /// A four-bar linkage whose last hinge closes the loop, and a follower: it stays closed, and its crank falls as
 /// that of the same linkage put together by hand.
 #[test]

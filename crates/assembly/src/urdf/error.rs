@@ -62,6 +62,9 @@ pub enum Problem {
         /// The type.
         kind: String,
     },
+    /// A joint that mimics itself.
+    #[error("makes the joint mimic itself; name the joint that it is to follow")]
+    SelfMimic,
     /// A robot without links.
     #[error("has no links; add at least two and a joint between them")]
     NoLinks,

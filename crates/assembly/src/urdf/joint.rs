@@ -7,6 +7,9 @@ use glam::DVec3;
 use roxmltree::Node;
 use vertebra_spatial::Pose;
 
+/// What stands for no bound where URDF demands one: what SDFormat takes for unbounded, and floats hold.
+pub(super) const UNBOUNDED: f64 = 1e16;
+
 /// How a joint moves.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Kind {
@@ -110,6 +113,9 @@ impl<'n> Joint<'n> {
         }
         if let Some(limit) = limit {
             joint.limits = Some(read_limits(reader, limit, kind == "continuous")?);
+        } else if kind != "continuous" {
+            let why = "the format asks for one here and there is none, so that the joint moves without bounds";
+            reader.note_missing(node, "limit", why);
         }
         if let Some(dynamics) = dynamics {
             let number = |attribute| reader.optional_number(dynamics, attribute);
@@ -117,8 +123,12 @@ impl<'n> Joint<'n> {
             joint.friction = number("friction")?.unwrap_or(0.0);
         }
         if let Some(mimic) = mimic {
+            let followed = reader.text(mimic, "joint")?;
+            if followed == name {
+                return Err(UrdfError::at(reader.location(mimic), Problem::SelfMimic));
+            }
             joint.mimic = Some(Mimic {
-                joint: reader.text(mimic, "joint")?,
+                joint: followed,
                 line: reader.line(mimic),
                 multiplier: reader.optional_number(mimic, "multiplier")?.unwrap_or(1.0),
                 offset: reader.optional_number(mimic, "offset")?.unwrap_or(0.0),
@@ -128,7 +138,8 @@ impl<'n> Joint<'n> {
     }
 }
 
-/// A bound left out is zero where the other one is stated; without both there is no range.
+/// A bound left out is zero where the other one is stated; without both there is no range, nor between two that
+/// are [`UNBOUNDED`].
 fn read_limits<'a>(
     reader: &Reader<'a>,
     node: Node<'_, 'a>,
@@ -139,10 +150,16 @@ fn read_limits<'a>(
         (None, None) => None,
         (lower, upper) => Some([lower.unwrap_or(0.0), upper.unwrap_or(0.0)]),
     };
+    let is_bound = |&bound: &f64| bound < UNBOUNDED;
     Ok(JointLimits {
-        position: position.filter(|_| !continuous),
-        velocity: number("velocity")?,
-        effort: number("effort")?,
+        position: position.filter(|range| !continuous && !is_unbounded(*range)),
+        velocity: number("velocity")?.filter(is_bound),
+        effort: number("effort")?.filter(is_bound),
         ..JointLimits::default()
     })
+}
+
+/// Whether a range stands for none.
+pub(super) fn is_unbounded([lower, upper]: [f64; 2]) -> bool {
+    lower <= -UNBOUNDED && upper >= UNBOUNDED
 }

@@ -12,6 +12,9 @@
 //!
 //! [`write()`] makes a URDF file of a model, from which [`parse`] gives the model back to the last bit.
 //!
+//! A bound of 1e16 or more is none. Revolute and prismatic joints without `<limit>`, which the format asks for, are
+//! listed and move without bounds.
+//!
 //! Ranges, efforts, damping, friction and mimics are kept in the model's joints, where simulations let them
 //! act; largest speeds are kept too, and [`Model::not_simulated`] lists them.
 //!

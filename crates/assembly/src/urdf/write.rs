@@ -1,7 +1,8 @@
 //! Write-back: a model as URDF text.
 
+use super::joint::{UNBOUNDED, is_unbounded};
 use crate::xml::{EXTENSION, from_roll_pitch_yaw};
-use crate::{Body, BodyId, JointKind, MassProperties, Mimic, Model, Stop};
+use crate::{Body, BodyId, JointKind, JointLimits, MassProperties, Mimic, Model, Stop};
 use core::fmt::{self, Write as _};
 use glam::{DQuat, DVec3};
 use std::collections::HashMap;
@@ -77,6 +78,9 @@ pub enum WriteError {
 /// [`keep_fixed`](super::Options::keep_fixed) (and then frames do, too). A coupling comes back as a mimic
 /// of the joint that follows, without its name. URDF does not state gravity: reading it is told by
 /// [`gravity`](super::Options::gravity).
+///
+/// URDF demands of every `<limit>` an effort and a velocity, and of prismatic joints a range: where the model has
+/// none they are stated as 1e16, which is read as none here and in SDFormat.
 ///
 /// Rotations are written as roll, pitch and yaw. Where no such angles give the last bit of a
 /// quaternion, an attribute of this library's own namespace adds it; other programs pass over it.
@@ -230,6 +234,10 @@ fn write_joint(
         (joint.armature != 0.0, "armature"),
         (joint.spring.is_some(), "a spring"),
         (joint.stop != Stop::HARD, "how a stop gives way"),
+        (
+            joint.limits.is_some_and(|limits| is_beyond(&limits)),
+            "a bound of 1e16 or more",
+        ),
     ];
     if let Some(&(_, property)) = foreign.iter().find(|(has, _)| *has) {
         return Err(WriteError::Property {
@@ -271,20 +279,23 @@ fn write_joint(
         text,
         format_args!("    <axis xyz=\"{}\"/>", Numbers(&axis.to_array())),
     );
-    if let Some(limits) = &joint.limits {
+    let slides = matches!(joint.kind, JointKind::Prismatic { .. });
+    if joint.limits.is_some() || slides {
+        let limits = joint.limits.unwrap_or_default();
         text.push_str("    <limit");
-        let [lower, upper] = limits.position.map_or([None; 2], |range| range.map(Some));
-        for (attribute, value) in [
-            ("lower", lower),
-            ("upper", upper),
-            ("velocity", limits.velocity),
-            ("effort", limits.effort),
-        ] {
-            if let Some(value) = value {
-                put(text, format_args!(" {attribute}=\"{value:?}\""));
-            }
+        // A bound that is left out counts as zero.
+        let range = limits.position;
+        if let Some([lower, upper]) = range.or(slides.then_some([-UNBOUNDED, UNBOUNDED])) {
+            put(
+                text,
+                format_args!(" lower=\"{lower:?}\" upper=\"{upper:?}\""),
+            );
         }
-        text.push_str("/>\n");
+        let [velocity, effort] = [limits.velocity, limits.effort].map(|b| b.unwrap_or(UNBOUNDED));
+        line(
+            text,
+            format_args!(" velocity=\"{velocity:?}\" effort=\"{effort:?}\"/>"),
+        );
     }
     if joint.damping != 0.0 || joint.friction != 0.0 {
         let (damping, friction) = (joint.damping, joint.friction);
@@ -306,6 +317,13 @@ fn write_joint(
     }
     text.push_str("  </joint>\n");
     Ok(())
+}
+
+/// Whether a bound is one that would be read back as none.
+fn is_beyond(limits: &JointLimits) -> bool {
+    let strengths = [limits.velocity, limits.effort];
+    limits.position.is_some_and(is_unbounded)
+        || strengths.into_iter().flatten().any(|b| b >= UNBOUNDED)
 }
 
 fn joint_name(body: &str) -> String {

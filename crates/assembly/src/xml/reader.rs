@@ -18,6 +18,8 @@ pub struct Reader<'a> {
     namespace: Option<&'a str>,
     owners: &'static [&'static str],
     ignored: Vec<Ignored>,
+    /// Those among the ignored, by index, that are nearly spelt like something that is read.
+    slips: Vec<usize>,
 }
 
 impl<'a> Reader<'a> {
@@ -34,6 +36,7 @@ impl<'a> Reader<'a> {
             namespace: document.root_element().tag_name().namespace(),
             owners,
             ignored: Vec::new(),
+            slips: Vec::new(),
         }
     }
 
@@ -41,6 +44,11 @@ impl<'a> Reader<'a> {
     #[must_use]
     pub fn into_ignored(self) -> Vec<Ignored> {
         self.ignored
+    }
+
+    /// What was passed over though it is nearly spelt like something that is read.
+    pub fn slips(&self) -> impl Iterator<Item = &Ignored> {
+        self.slips.iter().filter_map(|&slip| self.ignored.get(slip))
     }
 
     /// Line of an element, from 1.
@@ -85,6 +93,7 @@ impl<'a> Reader<'a> {
     pub fn ignore_unknown(&mut self, node: Node<'_, '_>, known: &[&str]) {
         let meant = spelling::nearest(node.tag_name().name(), known.iter().copied());
         self.note(node, meant.map(|name| format!("is <{name}> meant?")));
+        self.slips.extend(meant.map(|_| self.ignored.len() - 1));
     }
 
     /// Notes that an attribute has no effect, if the element has it.
@@ -105,8 +114,20 @@ impl<'a> Reader<'a> {
             if !known.contains(&name) {
                 let meant = spelling::nearest(name, known.iter().copied());
                 self.note_attribute(node, name, meant.map(|name| format!("is `{name}` meant?")));
+                self.slips.extend(meant.map(|_| self.ignored.len() - 1));
             }
         }
+    }
+
+    /// Notes that an element lacks one that the format asks for, and what is made of that.
+    pub fn note_missing(&mut self, node: Node<'_, '_>, child: &str, why: &str) {
+        self.ignored.push(Ignored {
+            element: child.to_owned(),
+            owner: self.describe(node),
+            line: self.line(node),
+            is_attribute: false,
+            why: Some(why.to_owned()),
+        });
     }
 
     fn note(&mut self, node: Node<'_, '_>, why: Option<String>) {

@@ -2,7 +2,7 @@
 
 use super::Options;
 use super::skeleton::{Channel, Skeleton};
-use super::words::Words;
+use super::words::{self, Words};
 use crate::{FileError, Problem};
 use glam::{DQuat, DVec3};
 use vertebra_assembly::{BodyId, JointKind, Model, ModelError, State};
@@ -156,7 +156,9 @@ impl Motion {
 ///
 /// # let text = "HIERARCHY ROOT a { OFFSET 0 0 0 CHANNELS 3 Zrotation Xrotation Yrotation
 /// #     JOINT b { OFFSET 0 9 0 CHANNELS 3 Zrotation Xrotation Yrotation End Site { OFFSET 0 9 0 } } }
-/// #     MOTION Frames: 2 Frame Time: 0.1 0 0 0 0 0 0  0 0 0 0 40 0";
+/// #     MOTION Frames: 2 Frame Time: 0.1
+/// #     0 0 0 0 0 0
+/// #     0 0 0 0 40 0";
 /// let bvh::Capture { model, motion, .. } = bvh::parse(text, &Options::default())?;
 /// let mut wanted = motion.state(&model, 0.0)?;
 /// let mut simulation = Simulation::new(model.clone())?;
@@ -237,7 +239,8 @@ pub(super) fn read(
     let element = "the motion";
     words.expect(element, "MOTION")?;
     words.expect(element, "Frames:")?;
-    let frames = words.count(element)?;
+    let count_line = words.line();
+    let stated = words.count(element)?;
     words.expect(element, "Frame")?;
     words.expect(element, "Time:")?;
     let line = words.line();
@@ -259,13 +262,28 @@ pub(super) fn read(
         position_count: position_count.sum(),
         q: Vec::new(),
     };
-    for _ in 0..frames {
+    let channels = skeleton.bones.iter().map(|bone| bone.channels.len()).sum();
+    if channels == 0 && stated > 0 {
+        let problem = Problem::Empty("no joint has channels, so that frames are empty");
+        return Err(FileError::on_line(count_line, element, problem));
+    }
+    // Every frame has a line of its own, by which a number too many or too few is found where it is.
+    let (mut row, mut found) = (Vec::with_capacity(channels), 0);
+    while let Some(line) = words.take_line(&mut row) {
+        found += 1;
+        let element = format!("frame {found}");
+        if row.len() != channels {
+            let found = row.len();
+            let problem = Problem::FrameLength { channels, found };
+            return Err(FileError::on_line(line, element, problem));
+        }
+        let mut row = row.iter();
         for bone in &skeleton.bones {
             let mut position = DVec3::ZERO;
             let mut rotation = DQuat::IDENTITY;
-            for &channel in &bone.channels {
-                let line = words.line();
-                let number = words.number(element)?;
+            for (&channel, &word) in bone.channels.iter().zip(&mut row) {
+                let number = words::number(word)
+                    .ok_or_else(|| words::refused(line, &element, "a number", Some(word)))?;
                 match channel {
                     Channel::Position(axis) => position[axis] = number * options.unit,
                     Channel::Rotation(axis) => rotation *= turn(axis, number.to_radians()),
@@ -284,15 +302,12 @@ pub(super) fn read(
             }
             motion.q.extend(rotation.normalize().to_array());
         }
-        if skeleton.bones.iter().all(|bone| bone.channels.is_empty()) {
-            let problem = Problem::Empty("no joint has channels, so that frames are empty");
-            return Err(FileError::on_line(words.line(), element, problem));
-        }
     }
-    match words.peek() {
-        Some(_) => Err(words.error(element, "the end of the text (all frames are there)")),
-        None => Ok(motion),
+    if found != stated {
+        let problem = Problem::FrameCount { stated, found };
+        return Err(FileError::on_line(count_line, element, problem));
     }
+    Ok(motion)
 }
 
 /// `libm` makes the motion the same, bit for bit, on every machine.

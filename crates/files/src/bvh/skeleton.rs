@@ -119,6 +119,10 @@ impl Skeleton {
                 let (line, word) = (words.line(), words.peek().unwrap_or_default());
                 let channel = channel(word)
                     .ok_or_else(|| words.error(&element, "a channel such as Xrotation"))?;
+                if channels.contains(&channel) {
+                    let expected = "a channel that the joint has not named yet";
+                    return Err(words.error(&element, expected));
+                }
                 if parent.is_some() && matches!(channel, Channel::Position(_)) {
                     self.ignored.push(Ignored {
                         element: word.to_owned(),

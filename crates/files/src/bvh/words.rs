@@ -56,11 +56,22 @@ impl<'t> Words<'t> {
 
     pub(super) fn number(&mut self, element: &str) -> Result<f64, FileError> {
         const EXPECTED: &str = "a number";
-        let number = self.peek().and_then(|word| word.parse::<f64>().ok());
-        match number.filter(|number| number.is_finite()) {
+        match self.peek().and_then(number) {
             Some(number) => self.take(EXPECTED).map(|_| number),
             None => Err(self.error(element, EXPECTED)),
         }
+    }
+
+    /// Takes all words on the line of the next one, and gives that line; none at the end.
+    pub(super) fn take_line(&mut self, taken: &mut Vec<&'t str>) -> Option<usize> {
+        taken.clear();
+        let (line, _) = self.next?;
+        while let Some((_, word)) = self.next.filter(|&(next, _)| next == line) {
+            taken.push(word);
+            self.next = self.words.next();
+        }
+        self.line = line;
+        Some(line)
     }
 
     /// A number of things. What a text states is not believed to fit the memory: nothing is
@@ -75,10 +86,25 @@ impl<'t> Words<'t> {
 
     /// What stands next is not what must.
     pub(super) fn error(&self, element: &str, expected: &'static str) -> FileError {
-        let found = match self.peek() {
-            Some(word) => format!("`{}`", word.chars().take(40).collect::<String>()),
-            None => "the end of the text".to_owned(),
-        };
-        FileError::on_line(self.line(), element, Problem::Syntax { expected, found })
+        refused(self.line(), element, expected, self.peek())
     }
+}
+
+/// A finite number.
+pub(super) fn number(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|number: &f64| number.is_finite())
+}
+
+/// A word, or the end of the text, is not what must stand on that line.
+pub(super) fn refused(
+    line: usize,
+    element: &str,
+    expected: &'static str,
+    word: Option<&str>,
+) -> FileError {
+    let found = match word {
+        Some(word) => format!("`{}`", word.chars().take(40).collect::<String>()),
+        None => "the end of the text".to_owned(),
+    };
+    FileError::on_line(line, element, Problem::Syntax { expected, found })
 }

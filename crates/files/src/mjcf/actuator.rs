@@ -188,10 +188,7 @@ fn actuator<'n, 'a>(
     let carrier = joints.get(joint);
     let found = carrier.and_then(|carrier| Some((carrier, model.find(&carrier.body)?)));
     let Some((carrier, body)) = found else {
-        let problem = Problem::UnknownName {
-            what: "joint",
-            name: joint.to_owned(),
-        };
+        let problem = Problem::unknown("joint", joint, joints.keys().copied());
         return Err(FileError::new(reader.location(node), problem));
     };
     let freedoms = model.body(body).map(|body| body.joint.kind.dof_count());

@@ -13,8 +13,7 @@ use glam::{DMat3, DVec3};
 use std::collections::{BTreeMap, HashMap};
 use vertebra_assembly::xml::{Node, Reader, XmlProblem};
 use vertebra_assembly::{
-    BodyId, Ignored, Joint, JointKind, Location, MassProperties, Model, ModelDescription,
-    ModelError,
+    BodyId, Joint, JointKind, Location, MassProperties, Model, ModelDescription, ModelError,
 };
 use vertebra_spatial::Pose;
 
@@ -58,9 +57,9 @@ struct Task<'n, 'a> {
     parent_place: Pose,
 }
 
-/// Reads the bodies and all that refers to them.
+/// Reads the bodies and all that refers to them; what is ignored stays with the reader.
 pub(super) fn assemble<'n, 'a>(
-    mut reader: Reader<'a>,
+    reader: &mut Reader<'a>,
     sections: &Sections<'n, 'a>,
     options: &Options,
 ) -> Result<Robot, FileError> {
@@ -83,7 +82,7 @@ pub(super) fn assemble<'n, 'a>(
     }
     let mut walk = Walk {
         sections,
-        meshes: mesh::read(&mut reader, sections, options)?,
+        meshes: mesh::read(reader, sections, options)?,
         description,
         names: Names::default(),
         entries: HashMap::new(),
@@ -93,8 +92,8 @@ pub(super) fn assemble<'n, 'a>(
         lines: HashMap::new(),
         count: 0,
     };
-    walk.take_names(&reader)?;
-    walk.walk(&mut reader)?;
+    walk.take_names(reader)?;
+    walk.walk(reader)?;
     walk.finish(reader, time_step)
 }
 
@@ -393,7 +392,7 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
     /// Builds the model and resolves what refers to it.
     fn finish(
         mut self,
-        mut reader: Reader<'a>,
+        reader: &mut Reader<'a>,
         time_step: Option<f64>,
     ) -> Result<Robot, FileError> {
         let mut description = self.description;
@@ -414,8 +413,7 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
                 .map(|(name, _, site)| (*name, site))
                 .collect(),
         };
-        let (description, mut loops) =
-            coupling::read(&mut reader, self.sections, &known, description)?;
+        let (description, mut loops) = coupling::read(reader, self.sections, &known, description)?;
         let model = match description.build() {
             Ok(model) => model,
             Err(error) => {
@@ -426,35 +424,19 @@ impl<'n, 'a> Walk<'_, 'n, 'a> {
                 let lines = if of_loop { &mut loops } else { &mut self.lines };
                 let place = error.culprit().and_then(|name| lines.remove(name));
                 let place = place.unwrap_or_else(|| reader.location(root));
-                // A body may lack what a slip in a name has left out.
-                let owner = error.culprit().map(|name| format!("body `{name}`"));
-                let mut ignored = reader.into_ignored().into_iter();
-                let is_slip = |ignored: &Ignored| {
-                    let is_named = owner.as_ref() == Some(&ignored.owner);
-                    is_named && !ignored.is_attribute && ignored.why.is_some()
-                };
-                let problem = match ignored.find(is_slip) {
-                    Some(slip) => Problem::ModelAfterSlip {
-                        error,
-                        slip: Box::new(slip),
-                    },
-                    None => Problem::Model(error),
-                };
-                return Err(FileError::new(place, problem));
+                return Err(FileError::new(place, Problem::Model(error)));
             }
         };
         let joints: BTreeMap<String, BodyId> = (self.joints.iter())
             .filter_map(|(joint, carrier)| Some(((*joint).to_owned(), model.find(&carrier.body)?)))
             .collect();
-        let actuators = actuator::read(&mut reader, self.sections, &self.joints, &model)?;
-        let mut ignored = reader.into_ignored();
-        ignored.sort_by_key(|element| element.line);
+        let actuators = actuator::read(reader, self.sections, &self.joints, &model)?;
         Ok(Robot {
             parts: parts(self.parts, &model),
             joints,
             actuators,
             time_step,
-            ignored,
+            ignored: Vec::new(),
             model,
         })
     }

@@ -112,7 +112,7 @@ fn between_sites<'n, 'a>(
     let find = |attribute| {
         let name = reader.text(node, attribute)?;
         let site = known.sites.get(name);
-        let site = site.ok_or_else(|| unknown(reader, node, "site", name))?;
+        let site = site.ok_or_else(|| unknown(reader, node, ("site", name), known.sites.keys()))?;
         Ok::<_, FileError>((site.body.clone(), site.placement))
     };
     Ok([find("site1")?, find("site2")?])
@@ -134,7 +134,7 @@ fn between_bodies<'n, 'a>(
         None | Some("world") => Ok(None),
         Some(name) => match known.bodies.get(name) {
             Some(entry) => Ok(Some(entry)),
-            None => Err(unknown(reader, node, "body", name)),
+            None => Err(unknown(reader, node, ("body", name), known.bodies.keys())),
         },
     };
     let bodies = [
@@ -202,7 +202,7 @@ fn between_joints<'n, 'a>(
     reader.ignore_attributes_but(node, &attributes);
     let find = |joint| match known.joints.get(joint) {
         Some(carrier) => Ok(carrier.body.as_str()),
-        None => Err(unknown(reader, node, "joint", joint)),
+        None => Err(unknown(reader, node, ("joint", joint), known.joints.keys())),
     };
     let body = find(reader.text(node, "joint1")?)?;
     match reader.optional_text(node, "joint2")? {
@@ -246,15 +246,12 @@ fn lock<'a>(
     Ok(description.close(name, bodies, places, Closure::Weld))
 }
 
-fn unknown<'a>(
+fn unknown<'n, 'a>(
     reader: &Reader<'a>,
     node: Node<'_, 'a>,
-    what: &'static str,
-    name: &str,
+    (what, name): (&'static str, &str),
+    known: impl Iterator<Item = &'n &'n str>,
 ) -> FileError {
-    let problem = Problem::UnknownName {
-        what,
-        name: name.to_owned(),
-    };
+    let problem = Problem::unknown(what, name, known.copied());
     FileError::new(reader.location(node), problem)
 }

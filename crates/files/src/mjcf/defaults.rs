@@ -100,10 +100,7 @@ impl<'n, 'a> Defaults<'n, 'a> {
         let settings = match class {
             None => self.classes.get(self.outermost),
             Some(name) => Some(self.classes.get(name).ok_or_else(|| {
-                let problem = Problem::UnknownName {
-                    what: "class",
-                    name: name.to_owned(),
-                };
+                let problem = Problem::unknown("class", name, self.classes.keys().copied());
                 FileError::new(reader.location(node), problem)
             })?),
         };

@@ -123,10 +123,7 @@ fn shape<'n, 'a>(
             let node = element.source("mesh");
             let name = reader.text(node, "mesh")?;
             let Some(mesh) = meshes.get(name) else {
-                let problem = Problem::UnknownName {
-                    what: "mesh",
-                    name: name.to_owned(),
-                };
+                let problem = Problem::unknown("mesh", name, meshes.keys().copied());
                 return Err(FileError::new(reader.location(node), problem));
             };
             let triangles = mesh.triangles.clone();

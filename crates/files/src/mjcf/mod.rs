@@ -159,8 +159,12 @@ pub fn parse(text: &str, options: &Options) -> Result<Robot, FileError> {
     let document = xml::document(text)?;
     let owners = &["mujoco", "body", "joint", "geom", "site", "mesh", "frame"];
     let mut reader = Reader::new(&document, owners);
-    let sections = Sections::read(&mut reader, &document)?;
-    body::assemble(reader, &sections, options)
+    let sections = Sections::read(&mut reader, &document);
+    let robot = sections.and_then(|sections| body::assemble(&mut reader, &sections, options));
+    let mut robot = robot.map_err(|error| error.after_slip(&reader, document.root_element()))?;
+    robot.ignored = reader.into_ignored();
+    robot.ignored.sort_by_key(|element| element.line);
+    Ok(robot)
 }
 
 /// Sections that are read.

@@ -45,7 +45,7 @@ pub(super) fn build(
     if groups.is_empty() {
         let why = left_out.into_iter().next();
         let problem = Problem::Refused {
-            reason: "has no amino acid with N, CA and C".to_owned(),
+            reason: "has no amino acid with N, CA and C; choose a file with a protein".to_owned(),
             detail: why.unwrap_or_else(|| "there is no residue at all".to_owned()),
         };
         return Err(FileError::on_line(0, "the structure", problem));

@@ -15,6 +15,8 @@ const RESIDUE: (&str, Range<usize>) = ("residue", 17..20);
 const NUMBER: (&str, Range<usize>) = ("number of the residue", 22..26);
 const POSITION: [(&str, Range<usize>); 3] = [("x", 30..38), ("y", 38..46), ("z", 46..54)];
 const ELEMENT: Range<usize> = 76..78;
+/// Records beside the atoms that the parser is to see: what ends chains and models.
+const STRUCTURE: [&str; 4] = ["MODEL ", "ENDMDL", "TER", "END"];
 
 /// The text with its lines of atoms checked, and as long as the parser wants them.
 pub(super) fn checked(text: &str) -> Result<String, FileError> {
@@ -41,7 +43,7 @@ pub(super) fn checked(text: &str) -> Result<String, FileError> {
             checked += "  1.00  0.00          ";
             // Writing to a string cannot fail.
             let _ = write!(checked, "{element:>2}  ");
-        } else {
+        } else if STRUCTURE.iter().any(|record| line.starts_with(record)) {
             checked += line;
         }
         checked.push('\n');

@@ -213,7 +213,7 @@ fn gave_up(panic: &(dyn core::any::Any + Send)) -> FileError {
     let said = panic.downcast_ref::<String>().map(String::as_str);
     let said = said.or_else(|| panic.downcast_ref::<&str>().copied());
     let problem = Problem::Refused {
-        reason: "a record is not what its parser expects, check for empty fields".to_owned(),
+        reason: "a record is not what its parser expects; check for empty fields".to_owned(),
         detail: said.unwrap_or("no reason is given").to_owned(),
     };
     FileError::on_line(0, "the structure", problem)
@@ -225,12 +225,20 @@ fn refused(errors: &[PDBError]) -> FileError {
         .iter()
         .find(|error| error.fails(StrictnessLevel::Loose));
     let line = fatal.and_then(|error| line_of(error.context()));
+    // The parser says line 0 of what concerns the whole text.
+    let line = line.filter(|&line| line > 0);
     let problem = match fatal {
         Some(error) => Problem::Refused {
-            reason: error.short_description().to_owned(),
-            detail: error.long_description().to_owned(),
+            reason:
+                "cannot be read as PDB; correct it, or let the program that wrote it write it anew"
+                    .to_owned(),
+            detail: format!(
+                "{} ({})",
+                error.short_description(),
+                error.long_description()
+            ),
         },
-        None => Problem::Empty("has no atoms"),
+        None => Problem::Empty("has no atoms; choose a file with coordinates"),
     };
     let location = Location {
         file: None,

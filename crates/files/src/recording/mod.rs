@@ -161,18 +161,32 @@ impl Recording {
         glb::write(self, &mut writer)
     }
 
-    /// Writes a file: JSON where its name ends in `.json`, else binary glTF.
+    /// Writes a file: JSON where its name ends in `.json`, else binary glTF, whose ending is `.glb`.
     ///
     /// # Errors
-    /// What the file system says.
+    /// What the file system says, with the path, or [`io::ErrorKind::InvalidInput`] where the name ends in `.gltf`:
+    /// that of glTF as text, which is not written.
     pub fn save(&self, path: impl AsRef<Path>) -> io::Result<()> {
         let path = path.as_ref();
-        let mut file = io::BufWriter::new(std::fs::File::create(path)?);
-        match path.extension().is_some_and(|ending| ending == "json") {
-            true => self.write_json(&mut file)?,
-            false => self.write_glb(&mut file)?,
+        let of_path =
+            |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+        let ends_in = |wanted: &str| {
+            let ending = path.extension();
+            ending.is_some_and(|ending| ending.eq_ignore_ascii_case(wanted))
+        };
+        if ends_in("gltf") {
+            let text = ".gltf is the ending of glTF as text, which is not written; let the name end in .glb";
+            return Err(of_path(io::Error::new(io::ErrorKind::InvalidInput, text)));
         }
-        file.flush()
+        let write = || {
+            let mut file = io::BufWriter::new(std::fs::File::create(path)?);
+            match ends_in("json") {
+                true => self.write_json(&mut file)?,
+                false => self.write_glb(&mut file)?,
+            }
+            file.flush()
+        };
+        write().map_err(of_path)
     }
 }
 

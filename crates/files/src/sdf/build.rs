@@ -29,9 +29,9 @@ struct Gathered {
     moves: bool,
 }
 
-/// All models as one.
+/// All models as one; what is ignored stays with the reader.
 pub(super) fn build<'n, 'a>(
-    mut reader: Reader<'a>,
+    reader: &mut Reader<'a>,
     root: Node<'n, 'a>,
     models: &[Node<'n, 'a>],
     gravity: Option<DVec3>,
@@ -58,8 +58,8 @@ pub(super) fn build<'n, 'a>(
             1 => String::new(),
             _ => format!("{}::", reader.text(node, "name")?),
         };
-        let model = read(&mut reader, node, prefix)?;
-        gathered.add(&mut reader, &model)?;
+        let model = read(reader, node, prefix)?;
+        gathered.add(reader, &model)?;
     }
     if !gathered.moves {
         let problem = Problem::Empty("has no joint and no free link, so that nothing moves");
@@ -103,14 +103,17 @@ impl Gathered {
             }
             let name = body_name(index);
             if !self.names.take(&name) {
-                let problem = Problem::DuplicateName { first_line: 0 };
+                let first = self.lines.get(&name).and_then(|first| first.line);
+                let problem = Problem::DuplicateName {
+                    first_line: first.unwrap_or_else(|| reader.line(link.node)),
+                };
                 return Err(FileError::new(reader.location(link.node), problem));
             }
+            self.lines.insert(name.clone(), reader.location(link.node));
             if model.is_static {
                 self.frame(name, None, place);
                 continue;
             }
-            self.lines.insert(name.clone(), reader.location(link.node));
             match carriers[index] {
                 None => {
                     self.moves = true;
@@ -255,10 +258,8 @@ impl Gathered {
             carried.map(|(_, body)| body.clone())
         };
         let Some(other) = model.joints.iter().find(|other| other.name == mimic.joint) else {
-            let problem = Problem::UnknownName {
-                what: "joint",
-                name: mimic.joint.to_owned(),
-            };
+            let joints = model.joints.iter().map(|joint| joint.name);
+            let problem = Problem::unknown("joint", mimic.joint, joints);
             return Err(FileError::new(reader.location(mimic.node), problem));
         };
         let single = |joint: &Joint<'_, '_>| joint.kind.freedoms() == 1;
@@ -295,7 +296,7 @@ impl Gathered {
         self.description = description.frame(name, body.as_deref(), placement);
     }
 
-    fn finish<'a>(mut self, reader: Reader<'a>, root: Node<'_, 'a>) -> Result<Import, FileError> {
+    fn finish(mut self, reader: &Reader<'_>, root: Node<'_, '_>) -> Result<Import, FileError> {
         let model: Model = self.description.build().map_err(|error| {
             let place = error.culprit().and_then(|name| self.lines.remove(name));
             let place = place.unwrap_or_else(|| reader.location(root));
@@ -311,12 +312,10 @@ impl Gathered {
         let joints: BTreeMap<String, BodyId> = (self.joints.into_iter())
             .filter_map(|(joint, body)| Some((joint, model.find(&body)?)))
             .collect();
-        let mut ignored = reader.into_ignored();
-        ignored.sort_by_key(|element| element.line);
         Ok(Import {
             parts,
             joints,
-            ignored,
+            ignored: Vec::new(),
             model,
         })
     }

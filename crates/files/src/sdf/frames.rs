@@ -53,10 +53,7 @@ impl<'n> Frames<'n> {
             Some(name) => match by_name.get(name) {
                 Some(&index) => Ok(Some(index)),
                 None => {
-                    let problem = Problem::UnknownName {
-                        what: "frame",
-                        name: name.to_owned(),
-                    };
+                    let problem = Problem::unknown("frame", name, by_name.keys().copied());
                     Err(FileError::new(location.clone(), problem))
                 }
             },
@@ -96,6 +93,11 @@ impl<'n> Frames<'n> {
             }
         }
         Ok(known.into_iter().flatten().collect())
+    }
+
+    /// The names of all frames.
+    pub(super) fn names(&self) -> impl Iterator<Item = &'n str> {
+        self.by_name.keys().copied()
     }
 
     pub(super) fn find(&self, name: &str) -> Option<usize> {

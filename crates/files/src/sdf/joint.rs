@@ -1,6 +1,7 @@
 //! Joints: what they connect and how it may move.
 
-use super::values::{self, Stated, bound, number, numbers, text};
+use super::frames::MODEL;
+use super::values::{self, Stated, bound, flag, number, numbers, text};
 use crate::{FileError, Problem};
 use glam::DVec3;
 use vertebra_assembly::xml::{Node, Reader, XmlProblem};
@@ -167,8 +168,19 @@ fn read_axis<'n, 'a>(
     let Some(node) = node else {
         return Ok(axis);
     };
-    let names = ["xyz", "limit", "dynamics", "mimic"];
-    let [xyz, limit, dynamics, mimic] = reader.only(node, names)?;
+    let names = [
+        "xyz",
+        "limit",
+        "dynamics",
+        "mimic",
+        "use_parent_model_frame",
+    ];
+    let [xyz, limit, dynamics, mimic, of_model] = reader.only(node, names)?;
+    if let Some(of_model) = of_model {
+        let stated = text(reader, of_model, "`true` or `false`")?;
+        let is_of_model = flag(reader, of_model, "use_parent_model_frame", stated)?;
+        axis.expressed_in = is_of_model.then_some(MODEL);
+    }
     axis.mimic = mimic.map(|node| read_mimic(reader, node)).transpose()?;
     if let Some(xyz) = xyz {
         reader.ignore_attributes_but(xyz, &["expressed_in"]);
@@ -178,9 +190,9 @@ fn read_axis<'n, 'a>(
             return Err(reader.error(xyz, problem).into());
         }
         axis.direction = direction;
-        axis.expressed_in = reader
-            .optional_text(xyz, "expressed_in")?
-            .filter(|name| !name.is_empty());
+        let expressed_in = reader.optional_text(xyz, "expressed_in")?;
+        let expressed_in = expressed_in.filter(|name| !name.is_empty());
+        axis.expressed_in = expressed_in.or(axis.expressed_in);
     }
     if let Some(limit) = limit {
         let names = ["lower", "upper", "effort", "velocity"];

@@ -5,8 +5,10 @@
 //! a link is one of the tree; further ones close loops of the model, and what `<mimic>`s state is coupled. A body bears the name of its link; with several models in the file, `model::link`. A link
 //! that no joint carries moves freely; a `static` model becomes [`Frame`](vertebra_assembly::Frame)s
 //! of the world.
-//! Poses are resolved as SDFormat 1.7 and later have it: `relative_to`, `<frame>`s with `attached_to`,
-//! joints at the child link where they state nothing, axes `expressed_in` any frame, models placed by their
+//! Versions from 1.5 on are read; in older files axes are in the model's frame, which they say nothing of, and they are
+//! refused. Poses are resolved as SDFormat 1.7 and later have it: `relative_to`, `<frame>`s with `attached_to`,
+//! joints at the child link where they state nothing, axes `expressed_in` any frame (in the
+//! model's by `use_parent_model_frame` of 1.5 and 1.6), models placed by their
 //! `placement_frame`. A link without `<inertial>` weighs 1 kg, and in a world that states no gravity it is 9.8 m/s^2, as
 //! SDFormat says.
 //!
@@ -39,7 +41,7 @@ mod values;
 use crate::{FileError, Part, Problem, read_text};
 use std::collections::BTreeMap;
 use std::path::Path;
-use vertebra_assembly::xml::{self, Reader};
+use vertebra_assembly::xml::{self, Node, Reader};
 use vertebra_assembly::{BodyId, Ignored, Model};
 
 /// What an SDF file says.
@@ -58,6 +60,9 @@ pub struct Import {
 
 /// That of a world which states none [m/s^2].
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.8];
+
+/// The versions that are read are 1.5 and later; this is the latest known.
+const LATEST: [u32; 2] = [1, 12];
 
 /// Reads an SDF file.
 ///
@@ -85,6 +90,16 @@ pub fn parse(text: &str) -> Result<Import, FileError> {
         };
         return Err(FileError::new(reader.location(root), problem));
     }
+    let import = read_root(&mut reader, root);
+    let mut import = import.map_err(|error| error.after_slip(&reader, root))?;
+    import.ignored = reader.into_ignored();
+    import.ignored.sort_by_key(|element| element.line);
+    Ok(import)
+}
+
+/// Reads the models of the root element; what is ignored stays with the reader.
+fn read_root<'n, 'a>(reader: &mut Reader<'a>, root: Node<'n, 'a>) -> Result<Import, FileError> {
+    check_version(reader, root)?;
     let mut models = Vec::new();
     let mut gravity = None;
     let mut open = vec![root];
@@ -97,7 +112,7 @@ pub fn parse(text: &str) -> Result<Import, FileError> {
                 }
                 "model" => models.push(child),
                 "gravity" if node != root => {
-                    gravity = Some(values::numbers::<3>(&reader, child, "gravity")?);
+                    gravity = Some(values::numbers::<3>(reader, child, "gravity")?);
                 }
                 "include" => {
                     let problem = Problem::NotExpanded {
@@ -110,4 +125,37 @@ pub fn parse(text: &str) -> Result<Import, FileError> {
         }
     }
     build::build(reader, root, &models, gravity.map(Into::into))
+}
+
+/// Refuses what is older than what is read, and lists what is newer than what is known.
+fn check_version<'a>(reader: &mut Reader<'a>, root: Node<'_, 'a>) -> Result<(), FileError> {
+    reader.ignore_attributes_but(root, &["version"]);
+    let stated = reader.text(root, "version")?;
+    let refused = |supported| {
+        let problem = Problem::UnknownValue {
+            attribute: "version",
+            found: stated.to_owned(),
+            supported,
+        };
+        FileError::new(reader.location(root), problem)
+    };
+    let number = |text: &str| {
+        let is_number = text.bytes().all(|byte| byte.is_ascii_digit());
+        text.parse::<u32>().ok().filter(|_| is_number)
+    };
+    let parts = stated.split_once('.');
+    let version = parts.and_then(|(major, minor)| Some([number(major)?, number(minor)?]));
+    match version {
+        None => Err(refused("a version such as 1.9")),
+        Some(version) if version < [1, 5] => Err(refused(
+            "1.5 or later: `gz sdf -p` converts older files, whose axes are in the model's frame",
+        )),
+        Some(version) => {
+            if version > LATEST {
+                let why = "it is later than 1.12, and what came after that is not known";
+                reader.ignore_attribute_because(root, "version", why);
+            }
+            Ok(())
+        }
+    }
 }

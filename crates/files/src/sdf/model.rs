@@ -103,7 +103,7 @@ pub(super) fn read<'n, 'a>(
     }
     let stated = values::pose(reader, pose)?;
     if let Some(name) = stated.relative_to.filter(|&name| name != WORLD) {
-        return Err(unknown(reader, node, "frame of the world", name));
+        return Err(unknown(reader, node, ("frame of the world", name), [WORLD]));
     }
     let frames = Frames::new(statements)?;
     let places = frames.resolve()?;
@@ -111,7 +111,7 @@ pub(super) fn read<'n, 'a>(
         None | Some("" | MODEL) => Pose::IDENTITY,
         Some(name) => match frames.find(name) {
             Some(frame) => places[frame],
-            None => return Err(unknown(reader, node, "frame", name)),
+            None => return Err(unknown(reader, node, ("frame", name), frames.names())),
         },
     };
     let pose = stated.pose * placed.inverse();
@@ -136,13 +136,20 @@ fn canonical_link<'n, 'a>(
     match reader.optional_text(node, "canonical_link")? {
         None | Some("") => Ok(links.first().map(|link| link.name)),
         Some(name) if links.iter().any(|link| link.name == name) => Ok(Some(name)),
-        Some(name) => Err(unknown(reader, node, "link", name)),
+        Some(name) => {
+            let names = links.iter().map(|link| link.name);
+            Err(unknown(reader, node, ("link", name), names))
+        }
     }
 }
 
-fn unknown(reader: &Reader<'_>, node: Node<'_, '_>, what: &'static str, name: &str) -> FileError {
-    let name = name.to_owned();
-    FileError::new(reader.location(node), Problem::UnknownName { what, name })
+fn unknown<'k>(
+    reader: &Reader<'_>,
+    node: Node<'_, '_>,
+    (what, name): (&'static str, &str),
+    known: impl IntoIterator<Item = &'k str>,
+) -> FileError {
+    FileError::new(reader.location(node), Problem::unknown(what, name, known))
 }
 
 impl Read<'_, '_> {
@@ -157,7 +164,8 @@ impl Read<'_, '_> {
         if name == WORLD {
             return Ok(None);
         }
-        let unknown = || unknown(reader, joint.node, "link", name);
+        let names = || self.links.iter().map(|link| link.name);
+        let unknown = || unknown(reader, joint.node, ("link", name), names());
         let carrier = self
             .frames
             .carrier(self.frames.find(name).ok_or_else(unknown)?)?;
@@ -190,7 +198,10 @@ impl Read<'_, '_> {
                 Some(name) if name == MODEL => self.pose.rotation,
                 Some(name) => match self.frames.find(name) {
                     Some(frame) => self.places[frame].rotation,
-                    None => return Err(unknown(reader, joint.node, "frame", name)),
+                    None => {
+                        let names = self.frames.names();
+                        return Err(unknown(reader, joint.node, ("frame", name), names));
+                    }
                 },
             };
             Ok(own.conjugate() * (frame * axis.direction))
