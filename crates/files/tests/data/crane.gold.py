@@ -10,7 +10,6 @@ import pathlib
 import sys
 
 import numpy as np
-from pydrake.multibody.math import SpatialForce  # noqa: F401  (registers the type)
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
