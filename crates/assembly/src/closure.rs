@@ -237,10 +237,11 @@ fn check_loop(
     by_name: &HashMap<&str, usize>,
     problems: &mut Vec<ModelError>,
 ) {
-    for body in closed.bodies.iter().flatten() {
+    let is_self = closed.bodies[0] == closed.bodies[1];
+    for body in closed.bodies.iter().skip(usize::from(is_self)).flatten() {
         problems.extend(known(&closed.name, body, by_name).err());
     }
-    if closed.bodies[0] == closed.bodies[1] {
+    if is_self {
         problems.push(ModelError::SelfLoop {
             name: closed.name.clone(),
         });

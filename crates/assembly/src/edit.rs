@@ -422,6 +422,7 @@ impl<'a> Edit<'a> {
         let mut next = self.parents[body];
         while let Some(between) = next
             && *self.mass(between) == MassProperties::MASSLESS
+            && self.children[between] == 1
             && let Some(number) = number(between)
             && last.is_none_or(|last| number + 1 == last)
         {

@@ -1,10 +1,16 @@
 //! Slips of the pen in names.
 
+/// Of longer words none is taken for another, since the time that takes grows with their square \[bytes\].
+const LONGEST: usize = 64;
+
 /// The known name that a word is nearly spelt like: two neighbours exchanged in names of three letters, one letter
 /// off from names of four and five, two from longer ones. Shorter names are too much alike.
 #[must_use]
 pub fn nearest<'k>(word: &str, known: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     let apart = known.filter_map(|name| {
+        if name.len().max(word.len()) > LONGEST {
+            return None;
+        }
         let allowed = match name.len() {
             0..=2 => 0,
             3 => usize::from(is_anagram(word, name)),
@@ -74,6 +80,10 @@ mod tests {
         assert_eq!(nearest("axes", known.into_iter()), Some("axis"));
         assert_eq!(nearest("rnage", known.into_iter()), Some("range"));
         assert_eq!(nearest("pso", known.into_iter()), Some("pos"));
+        let long = "a".repeat(LONGEST);
+        assert_eq!(nearest(&long[1..], [&*long].into_iter()), Some(&*long));
+        let longer = "a".repeat(LONGEST + 1);
+        assert_eq!(nearest(&long, [&*longer].into_iter()), None);
         for other in [
             "sop", "margin", "group", "user", "po", "damping", "xyz", "solref",
         ] {

@@ -270,7 +270,7 @@ fn mistakes_are_named_with_line_and_element() {
     assert!(error.to_string().starts_with("no/such.sdf: "), "{error}");
 }
 
-/// Versions before 1.5 mean other axes; nonsense is no version; those to come are read with a word of caution.
+/// Versions before 1.2 are built otherwise; nonsense is no version; those to come are read with a word of caution.
 #[test]
 fn versions_are_checked() {
     let parse = |attributes: &str| {
@@ -278,7 +278,7 @@ fn versions_are_checked() {
             "<sdf {attributes}>\n<model name='m'><link name='a'/></model></sdf>"
         ))
     };
-    for version in ["1.5", "1.6", "1.9", "1.12"] {
+    for version in ["1.2", "1.4", "1.5", "1.9", "1.12"] {
         let import = parse(&format!("version='{version}'")).unwrap();
         assert!(import.ignored.is_empty(), "{:?}", import.ignored);
     }
@@ -294,8 +294,8 @@ fn versions_are_checked() {
     }
     for (attributes, words) in [
         (
-            "version='1.4'",
-            "`1.4` in `version` is not supported; use 1.5 or later",
+            "version='1.1'",
+            "`1.1` in `version` is not supported; use 1.2 or later",
         ),
         ("version='0.9'", "`gz sdf -p` converts older files"),
         ("version='new'", "a version such as 1.9"),
@@ -312,12 +312,12 @@ fn versions_are_checked() {
     }
 }
 
-/// Versions 1.5 and 1.6 say by a flag what later ones say by `expressed_in`.
+/// Versions before 1.5 have axes in the model's frame; 1.5 and 1.6 say by a flag what later ones say by `expressed_in`.
 #[test]
 fn axes_of_old_files_may_be_those_of_the_model() {
-    let axis = |attribute: &str, flag: &str| {
+    let axis_of = |version: &str, attribute: &str, flag: &str| {
         let text = format!(
-            "<sdf version='1.6'><model name='m'><pose>0 0 0 0.3 0.2 0.1</pose>
+            "<sdf version='{version}'><model name='m'><pose>0 0 0 0.3 0.2 0.1</pose>
              <link name='a'><pose>0 0 1 1 0.5 0.2</pose></link>
              <joint name='j' type='revolute'><parent>world</parent><child>a</child>
              <axis><xyz {attribute}>1 2 3</xyz>{flag}</axis></joint></model></sdf>"
@@ -326,11 +326,13 @@ fn axes_of_old_files_may_be_those_of_the_model() {
         assert!(import.ignored.is_empty(), "{:?}", import.ignored);
         import.model.bodies()[0].joint.kind
     };
+    let axis = |attribute: &str, flag: &str| axis_of("1.6", attribute, flag);
     let flag = |stated: &str| format!("<use_parent_model_frame>{stated}</use_parent_model_frame>");
     let of_model = axis("expressed_in='__model__'", "");
     assert_eq!(axis("", &flag("true")), of_model);
     assert_eq!(axis("", &flag("0")), axis("", ""));
     assert_ne!(axis("", ""), of_model);
+    assert_eq!(axis_of("1.4", "", ""), of_model);
 }
 
 /// A name that nothing has, and an element that is nearly spelt like one that is missing.

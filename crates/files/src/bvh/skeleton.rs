@@ -119,7 +119,12 @@ impl Skeleton {
                 let (line, word) = (words.line(), words.peek().unwrap_or_default());
                 let channel = channel(word)
                     .ok_or_else(|| words.error(&element, "a channel such as Xrotation"))?;
-                if channels.contains(&channel) {
+                // Euler's angles may turn about the first axis again, but not at once.
+                let is_again = match channel {
+                    Channel::Position(_) => channels.contains(&channel),
+                    Channel::Rotation(_) => channels.last() == Some(&channel),
+                };
+                if is_again {
                     let expected = "a channel that the joint has not named yet";
                     return Err(words.error(&element, expected));
                 }

@@ -1,7 +1,7 @@
 //! Mesh assets: triangles in the file, or given by the caller.
 
 use super::defaults::Element;
-use super::{Options, Sections, name_taken};
+use super::{Options, Sections};
 use crate::{FileError, Problem, TriangleSoup};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -12,6 +12,7 @@ use vertebra_assembly::xml::{Node, Reader, XmlProblem};
 pub(super) struct Mesh {
     /// Its triangles, if the file or the caller has them.
     pub(super) triangles: Option<Arc<TriangleSoup>>,
+    line: u32,
 }
 
 /// Reads the meshes of all `<asset>` sections.
@@ -44,8 +45,12 @@ pub(super) fn read<'n, 'a>(
                 None => inline(reader, element)?.map(Arc::new),
             };
             let triangles = triangles.map(|mesh| scaled(mesh, scale));
-            if meshes.insert(name, Mesh { triangles }).is_some() {
-                return Err(name_taken(reader, node, &["mesh"]));
+            let line = reader.line(node);
+            if let Some(first) = meshes.insert(name, Mesh { triangles, line }) {
+                let problem = Problem::DuplicateName {
+                    first_line: first.line,
+                };
+                return Err(FileError::new(reader.location(node), problem));
             }
         }
     }

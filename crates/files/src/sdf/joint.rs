@@ -158,7 +158,7 @@ fn read_axis<'n, 'a>(
 ) -> Result<Axis<'n, 'a>, FileError> {
     let mut axis = Axis {
         direction: DVec3::Z,
-        expressed_in: None,
+        expressed_in: super::has_axes_of_models(node).then_some(MODEL),
         limits: None,
         damping: 0.0,
         friction: 0.0,

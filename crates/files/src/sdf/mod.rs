@@ -5,8 +5,7 @@
 //! a link is one of the tree; further ones close loops of the model, and what `<mimic>`s state is coupled. A body bears the name of its link; with several models in the file, `model::link`. A link
 //! that no joint carries moves freely; a `static` model becomes [`Frame`](vertebra_assembly::Frame)s
 //! of the world.
-//! Versions from 1.5 on are read; in older files axes are in the model's frame, which they say nothing of, and they are
-//! refused. Poses are resolved as SDFormat 1.7 and later have it: `relative_to`, `<frame>`s with `attached_to`,
+//! Versions from 1.2 on are read; before 1.5 axes are in the model's frame. Poses are resolved as SDFormat 1.7 and later have it: `relative_to`, `<frame>`s with `attached_to`,
 //! joints at the child link where they state nothing, axes `expressed_in` any frame (in the
 //! model's by `use_parent_model_frame` of 1.5 and 1.6), models placed by their
 //! `placement_frame`. A link without `<inertial>` weighs 1 kg, and in a world that states no gravity it is 9.8 m/s^2, as
@@ -61,7 +60,10 @@ pub struct Import {
 /// That of a world which states none [m/s^2].
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.8];
 
-/// The versions that are read are 1.5 and later; this is the latest known.
+/// The earliest version that is read.
+const EARLIEST: [u32; 2] = [1, 2];
+
+/// The latest that is known.
 const LATEST: [u32; 2] = [1, 12];
 
 /// Reads an SDF file.
@@ -139,17 +141,11 @@ fn check_version<'a>(reader: &mut Reader<'a>, root: Node<'_, 'a>) -> Result<(), 
         };
         FileError::new(reader.location(root), problem)
     };
-    let number = |text: &str| {
-        let is_number = text.bytes().all(|byte| byte.is_ascii_digit());
-        text.parse::<u32>().ok().filter(|_| is_number)
-    };
-    let parts = stated.split_once('.');
-    let version = parts.and_then(|(major, minor)| Some([number(major)?, number(minor)?]));
-    match version {
+    match version(stated) {
         None => Err(refused("a version such as 1.9")),
-        Some(version) if version < [1, 5] => Err(refused(
-            "1.5 or later: `gz sdf -p` converts older files, whose axes are in the model's frame",
-        )),
+        Some(version) if version < EARLIEST => {
+            Err(refused("1.2 or later; `gz sdf -p` converts older files"))
+        }
         Some(version) => {
             if version > LATEST {
                 let why = "it is later than 1.12, and what came after that is not known";
@@ -158,4 +154,23 @@ fn check_version<'a>(reader: &mut Reader<'a>, root: Node<'_, 'a>) -> Result<(), 
             Ok(())
         }
     }
+}
+
+/// The numbers of a version.
+fn version(stated: &str) -> Option<[u32; 2]> {
+    let number = |text: &str| {
+        let is_number = text.bytes().all(|byte| byte.is_ascii_digit());
+        text.parse::<u32>().ok().filter(|_| is_number)
+    };
+    let (major, minor) = stated.split_once('.')?;
+    Some([number(major)?, number(minor)?])
+}
+
+/// Whether the axes of a document's joints are in their model's frame, as before version 1.5.
+fn has_axes_of_models(axis: Option<Node<'_, '_>>) -> bool {
+    let root = axis.map(|node| node.document().root_element());
+    let stated = root.and_then(|root| root.attribute("version"));
+    stated
+        .and_then(version)
+        .is_some_and(|version| version < [1, 5])
 }

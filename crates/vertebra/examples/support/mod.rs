@@ -4,7 +4,7 @@
 //! table. Without a time a scene takes its first few steps only.
 
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use vertebra::files::Part;
 use vertebra::files::recording::Recording;
 use vertebra::{Model, Simulation};
@@ -34,12 +34,12 @@ impl Scene {
                 .take_while(|&n| f64::from(n) * step < time + 0.5 * step)
                 .count()
         };
-        let seconds = arguments.peek().and_then(|argument| argument.parse().ok());
-        let steps = match seconds {
-            Some(seconds) => {
-                arguments.next();
-                count(seconds)
-            }
+        // What has no ending is no file, but a time.
+        let is_time = |argument: &String| {
+            Path::new(argument).extension().is_none() || argument.parse::<f64>().is_ok()
+        };
+        let steps = match arguments.next_if(is_time) {
+            Some(seconds) => count(seconds.parse()?),
             None => few,
         };
         Ok(Self {
