@@ -1,12 +1,15 @@
 //! The atoms of an mmCIF file: its table `_atom_site`.
 //!
 //! Read here, since the crate that parses PDB says of mmCIF neither in which line something is wrong nor
-//! that a number is too long for it. What else the file holds must be CIF, and is passed over.
+//! that a number is too long for it. The first block with atoms is read: what else it and those before
+//! hold must be CIF, and is passed over; blocks behind it, such as descriptions of ligands, are not read.
 
 use super::FARTHEST;
 use super::cif::{Kind, Word, Words};
 use crate::{FileError, Problem};
-use pdbtbx::{Atom, Model, PDB};
+use pdbtbx::{Atom, Chain, Model, PDB, Residue};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// The atoms of the first model.
 pub(super) fn read(text: &str) -> Result<PDB, FileError> {
@@ -48,10 +51,8 @@ pub(super) fn read(text: &str) -> Result<PDB, FileError> {
                     });
                 }
             }
-            Kind::Block => {
-                let end = "the end of the text, for only one structure is read,";
-                return Err(word.refused("the structure", end));
-            }
+            Kind::Block if atoms.is_some() => break,
+            Kind::Block => {}
             Kind::Reserved | Kind::Value | Kind::Nothing => {
                 return Err(word.refused("the structure", "`loop_` or the name of an item"));
             }
@@ -112,6 +113,9 @@ fn read_loop<'t>(words: &mut Words<'t>, start: Word<'t>) -> Result<Option<Model>
         };
         return Err(FileError::on_line(value.line, element, problem));
     }
+    let Some(table) = table else {
+        return Ok(None);
+    };
     if rows == 0 {
         let problem = Problem::IncompleteRow {
             columns: tags.len(),
@@ -119,7 +123,7 @@ fn read_loop<'t>(words: &mut Words<'t>, start: Word<'t>) -> Result<Option<Model>
         };
         return Err(FileError::on_line(first.line, element, problem));
     }
-    Ok(table.map(|table| table.model))
+    Ok(Some(Model::from_iter(1, table.residues.chains.into_iter())))
 }
 
 /// A column, or two that say the same, of which the first that has a value counts.
@@ -143,33 +147,27 @@ struct Table<'t> {
     alternative: Column,
     insertion: Column,
     model_number: Column,
-    model: Model,
+    residues: Residues<'t>,
     /// What the first row calls its model.
     first: Option<&'t str>,
 }
 
 impl<'t> Table<'t> {
     fn new(tags: &[Word<'t>]) -> Result<Self, FileError> {
-        let mut columns: Vec<&str> = Vec::with_capacity(tags.len());
-        for tag in tags {
+        let mut columns: HashMap<String, usize> = HashMap::with_capacity(tags.len());
+        for (at, tag) in tags.iter().enumerate() {
             let Some(name) = column_name(tag.text) else {
                 return Err(tag.refused("`_atom_site`", "another column of the same table"));
             };
-            let same = |other: &&str| other.eq_ignore_ascii_case(name);
-            if let Some(before) = columns.iter().position(same) {
+            if let Some(before) = columns.insert(name.to_ascii_lowercase(), at) {
                 let problem = Problem::DuplicateName {
                     first_line: u32::try_from(tags[before].line).unwrap_or(u32::MAX),
                 };
                 let element = format!("`{}`", tag.text);
                 return Err(FileError::on_line(tag.line, element, problem));
             }
-            columns.push(name);
         }
-        let place = |name: &str| {
-            columns
-                .iter()
-                .position(|other| other.eq_ignore_ascii_case(name))
-        };
+        let place = |name: &str| columns.get(&name.to_ascii_lowercase()).copied();
         let optional = |name: &'static str| Column {
             name,
             at: [place(name), None],
@@ -198,7 +196,7 @@ impl<'t> Table<'t> {
             alternative: optional("label_alt_id"),
             insertion: optional("pdbx_PDB_ins_code"),
             model_number: optional("pdbx_PDB_model_num"),
-            model: Model::new(1),
+            residues: Residues::default(),
             first: None,
         })
     }
@@ -243,12 +241,54 @@ impl<'t> Table<'t> {
             self.first = model;
         }
         if model == self.first {
-            let residue_id = (residue_number, insertion);
-            let conformer_id = (residue.text, alternative);
-            self.model
-                .add_atom(atom, chain.text, residue_id, conformer_id);
+            let Some(place) = self.residues.of(chain.text, residue_number, insertion) else {
+                return Err(row.refused(chain, self.chain, "the name of a chain"));
+            };
+            // Upper case, as it is kept and compared with.
+            let alternative = alternative.map(str::to_ascii_uppercase);
+            place.add_atom(atom, (residue.text, alternative.as_deref()));
         }
         Ok(())
+    }
+}
+
+/// Chains of residues in the order of the table, found without a search through those before.
+#[derive(Default)]
+struct Residues<'t> {
+    chains: Vec<Chain>,
+    /// Places of the chains by their names.
+    chain_places: HashMap<&'t str, usize>,
+    /// Places of residues in their chains, by the chain's place, number, and insertion code in upper case,
+    /// as residues keep it.
+    places: HashMap<(usize, isize, Option<String>), usize>,
+}
+
+impl<'t> Residues<'t> {
+    /// The residue of that name, which is there from now on; none if it cannot be called so.
+    fn of(
+        &mut self,
+        chain: &'t str,
+        number: isize,
+        insertion: Option<&str>,
+    ) -> Option<&mut Residue> {
+        let chain_place = match self.chain_places.entry(chain.trim()) {
+            Entry::Occupied(place) => *place.get(),
+            Entry::Vacant(place) => {
+                self.chains.push(Chain::new(chain)?);
+                *place.insert(self.chains.len() - 1)
+            }
+        };
+        let chain = self.chains.get_mut(chain_place)?;
+        let insertion = insertion.map(|code| code.trim().to_ascii_uppercase());
+        let place = match self.places.entry((chain_place, number, insertion)) {
+            Entry::Occupied(place) => *place.get(),
+            Entry::Vacant(place) => {
+                let (_, number, insertion) = place.key();
+                chain.add_residue(Residue::new(*number, insertion.as_deref(), None)?);
+                *place.insert(chain.residue_count() - 1)
+            }
+        };
+        chain.residue_mut(place)
     }
 }
 

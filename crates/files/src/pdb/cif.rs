@@ -12,7 +12,7 @@ pub(super) enum Kind {
     Block,
     /// `loop_`.
     Loop,
-    /// `save_`, `global_` or `stop_`, which stand in dictionaries only.
+    /// `save_` with or without a name, `global_` or `stop_`, which stand in dictionaries only.
     Reserved,
     /// The name of an item, from its underscore on.
     Tag,
@@ -140,16 +140,18 @@ impl<'t> Words<'t> {
 
     /// From a quote to the same one before a blank, on the same line: in `'O5''` the first does not end it.
     fn quoted(&mut self, rest: &'t str, quote: char) -> Result<&'t str, FileError> {
-        let line = rest.lines().next().unwrap_or_default();
-        let ends = line.match_indices(quote).skip(1).find(|(at, _)| {
-            let behind = line[at + 1..].chars().next();
-            behind.is_none_or(|c| c.is_ascii_whitespace())
+        // No farther than the value's end: a line may hold all the values of a file.
+        let inside = rest.bytes().enumerate().skip(1);
+        let mut inside = inside.take_while(|&(_, byte)| byte != b'\n');
+        let end = inside.find(|&(at, byte)| {
+            let behind = rest.as_bytes().get(at + 1);
+            char::from(byte) == quote && behind.is_none_or(u8::is_ascii_whitespace)
         });
-        let Some((end, _)) = ends else {
+        let Some((end, _)) = end else {
             return Err(self.unclosed("a value whose quotes are closed on the same line"));
         };
         self.at += end + 1;
-        Ok(&line[1..end])
+        Ok(&rest[1..end])
     }
 
     fn unclosed(&self, expected: &'static str) -> FileError {
@@ -165,12 +167,13 @@ fn kind(bare: &str) -> Kind {
         let start = bare.get(..prefix.len());
         start.is_some_and(|start| start.eq_ignore_ascii_case(prefix))
     };
+    let is = |word: &str| bare.eq_ignore_ascii_case(word);
     match bare {
         "." | "?" => Kind::Nothing,
         _ if bare.starts_with('_') => Kind::Tag,
         _ if starts("data_") => Kind::Block,
-        _ if bare.eq_ignore_ascii_case("loop_") => Kind::Loop,
-        _ if ["save_", "global_", "stop_"].into_iter().any(starts) => Kind::Reserved,
+        _ if is("loop_") => Kind::Loop,
+        _ if starts("save_") || is("global_") || is("stop_") => Kind::Reserved,
         _ => Kind::Value,
     }
 }

@@ -4,17 +4,19 @@
 //! others neither the column nor the atom. What a model does not need, such as occupancies, is blanked out.
 
 use super::FARTHEST;
+use super::residue::is_amino_acid;
 use crate::{FileError, Problem};
 use core::fmt::Write as _;
 use core::ops::Range;
 
 /// What a model needs of an atom, by the columns in which it stands, from 0.
-const SERIAL: (&str, Range<usize>) = ("serial number", 6..11);
 const NAME: (&str, Range<usize>) = ("name", 12..16);
 const RESIDUE: (&str, Range<usize>) = ("residue", 17..20);
 const NUMBER: (&str, Range<usize>) = ("number of the residue", 22..26);
 const POSITION: [(&str, Range<usize>); 3] = [("x", 30..38), ("y", 38..46), ("z", 46..54)];
 const ELEMENT: Range<usize> = 76..78;
+/// The atom's serial number, which a model does not need: beyond 99 999 writers put letters or stars there.
+const SERIAL: Range<usize> = 6..11;
 /// Records beside the atoms that the parser is to see: what ends chains and models.
 const STRUCTURE: [&str; 4] = ["MODEL ", "ENDMDL", "TER", "END"];
 
@@ -33,13 +35,18 @@ pub(super) fn checked(text: &str) -> Result<String, FileError> {
         if line.starts_with("ATOM  ") || line.starts_with("HETATM") {
             has_atoms = true;
             check(line, number)?;
-            let kept = &line[..POSITION[2].1.end];
-            let element = match line.get(ELEMENT).map(str::trim) {
-                Some(element) if !element.is_empty() => element,
-                _ => element_of(&line[NAME.1]),
+            // Files from before 1996 have their name and the number of the line in columns 73 to 80.
+            let stated = line.get(ELEMENT).map(str::trim).filter(|element| {
+                !element.is_empty() && element.bytes().all(|byte| byte.is_ascii_alphabetic())
+            });
+            let element = match stated {
+                Some(element) => element,
+                None => element_of(&line[NAME.1], line[RESIDUE.1].trim()),
             };
-            // An occupancy and a temperature, and no segment and charge.
-            checked += kept;
+            // Any serial number, an occupancy and a temperature, and no segment and charge.
+            checked += &line[..SERIAL.start];
+            checked += "    1";
+            checked += &line[SERIAL.end..POSITION[2].1.end];
             checked += "  1.00  0.00          ";
             // Writing to a string cannot fail.
             let _ = write!(checked, "{element:>2}  ");
@@ -57,9 +64,19 @@ pub(super) fn checked(text: &str) -> Result<String, FileError> {
     Err(FileError::on_line(0, "the structure", problem))
 }
 
-/// The element of an atom that states none: it ends in the second column of the name, before which there
+/// The element of an atom that states none. In amino acids it is the first letter of the name, wherever
+/// writers put it, but for selenium. Elsewhere it ends in the second column of the name, before which there
 /// may be a digit; only names of hydrogens fill all four columns.
-fn element_of(name: &str) -> &str {
+fn element_of<'t>(name: &'t str, residue: &str) -> &'t str {
+    if is_amino_acid(residue) {
+        let name = name.trim_matches(|c: char| c == ' ' || c.is_ascii_digit());
+        if residue.eq_ignore_ascii_case("MSE") && name.eq_ignore_ascii_case("SE") {
+            return name;
+        }
+        if name.starts_with(|first: char| "CHNOS".contains(first.to_ascii_uppercase())) {
+            return &name[..1];
+        }
+    }
     match name.as_bytes() {
         [b' ' | b'0'..=b'9', ..] => &name[1..2],
         [b'H', .., last] if *last != b' ' => "H",
@@ -79,9 +96,6 @@ fn check(line: &str, number: usize) -> Result<(), FileError> {
         FileError::on_line(number, element, Problem::Syntax { expected, found })
     };
     let field = |field: &(&str, Range<usize>)| line.get(field.1.clone()).unwrap_or("").trim();
-    if field(&SERIAL).parse::<usize>().is_err() {
-        return Err(refused(SERIAL, "a whole number"));
-    }
     for text in [NAME, RESIDUE] {
         if field(&text).is_empty() {
             return Err(refused(text, "a name"));

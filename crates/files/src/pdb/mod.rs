@@ -15,9 +15,10 @@
 //! The peptide bond does not turn, nor do rings: proline's phi is fixed, and its CA belongs to the plane
 //! before. Hydrogens ride with the atom next to them. Masses are those of the elements; atoms whose bonds
 //! lie in one line, or that stand alone, resist no turn, and their body is given the inertia of small
-//! balls ([`Options::atom_radius`]) and named in [`Protein::thickened`]. Only the first model of a file,
-//! and the first of alternative locations, count; waters, ligands and residues that are not amino acids
-//! are listed in [`Protein::left_out`]. There is no gravity. All in SI units.
+//! balls ([`Options::atom_radius`]) and named in [`Protein::thickened`]. Only the first model of a file (of
+//! mmCIF: of its first block with atoms), and the first of alternative locations, count; waters, ligands
+//! and residues that are not amino acids are listed in [`Protein::left_out`]. There is no gravity. All in
+//! SI units.
 //!
 //! Of PDB the lines of atoms are checked here and parsed by `pdbtbx`; of mmCIF the table of atoms is read
 //! here into its structures. What stands beside the atoms has no effect.

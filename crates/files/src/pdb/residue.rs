@@ -55,6 +55,16 @@ const AMINO_ACIDS: [(&str, &[&str]); 24] = [
     ("VAL", &["CA", "CB"]),
 ];
 
+/// Where the side chain of an amino acid turns; none for other residues.
+fn chis_of(residue: &str) -> Option<&'static [&'static str]> {
+    let is_meant = |(name, _): &&(&str, _)| name.eq_ignore_ascii_case(residue);
+    AMINO_ACIDS.iter().find(is_meant).map(|&(_, chis)| chis)
+}
+
+pub(super) fn is_amino_acid(residue: &str) -> bool {
+    chis_of(residue).is_some()
+}
+
 /// The chains of residues, and what is left out of them.
 pub(super) fn sort(structure: &PDB) -> (Vec<Vec<Residue>>, Vec<String>) {
     let mut chains = Vec::new();
@@ -66,8 +76,7 @@ pub(super) fn sort(structure: &PDB) -> (Vec<Vec<Residue>>, Vec<String>) {
             // Writing to a string cannot fail.
             let _ = write!(id, "{}", residue.insertion_code().unwrap_or_default());
             let name = residue.name().unwrap_or_default();
-            let known = AMINO_ACIDS.iter().find(|(known, _)| *known == name);
-            let Some(&(_, chis)) = known else {
+            let Some(chis) = chis_of(name) else {
                 left_out.push(format!("{id} ({name}) is no amino acid"));
                 continue;
             };
