@@ -333,6 +333,17 @@ fn axes_of_old_files_may_be_those_of_the_model() {
     assert_eq!(axis("", &flag("0")), axis("", ""));
     assert_ne!(axis("", ""), of_model);
     assert_eq!(axis_of("1.4", "", ""), of_model);
+    for version in ["1.4", "1.7"] {
+        let text = format!(
+            "<sdf version='{version}'><model name='m'><link name='a'/>
+             <joint name='j' type='revolute'><parent>world</parent><child>a</child>
+             <axis><xyz>1 2 3</xyz>{}</axis></joint></model></sdf>",
+            flag("true")
+        );
+        let ignored = sdf::parse(&text).unwrap().ignored;
+        let listed: Vec<_> = ignored.iter().map(|one| one.element.as_str()).collect();
+        assert_eq!(listed, ["use_parent_model_frame"], "{version}");
+    }
 }
 
 /// A name that nothing has, and an element that is nearly spelt like one that is missing.

@@ -158,7 +158,7 @@ fn read_axis<'n, 'a>(
 ) -> Result<Axis<'n, 'a>, FileError> {
     let mut axis = Axis {
         direction: DVec3::Z,
-        expressed_in: super::has_axes_of_models(node).then_some(MODEL),
+        expressed_in: node.is_some_and(super::has_axes_of_models).then_some(MODEL),
         limits: None,
         damping: 0.0,
         friction: 0.0,
@@ -176,7 +176,11 @@ fn read_axis<'n, 'a>(
         "use_parent_model_frame",
     ];
     let [xyz, limit, dynamics, mimic, of_model] = reader.only(node, names)?;
-    if let Some(of_model) = of_model {
+    if let Some(of_model) = of_model
+        && !super::has_flags_of_axes(of_model)
+    {
+        reader.ignore(of_model);
+    } else if let Some(of_model) = of_model {
         let stated = text(reader, of_model, "`true` or `false`")?;
         let is_of_model = flag(reader, of_model, "use_parent_model_frame", stated)?;
         axis.expressed_in = is_of_model.then_some(MODEL);

@@ -166,11 +166,16 @@ fn version(stated: &str) -> Option<[u32; 2]> {
     Some([number(major)?, number(minor)?])
 }
 
-/// Whether the axes of a document's joints are in their model's frame, as before version 1.5.
-fn has_axes_of_models(axis: Option<Node<'_, '_>>) -> bool {
-    let root = axis.map(|node| node.document().root_element());
-    let stated = root.and_then(|root| root.attribute("version"));
-    stated
-        .and_then(version)
-        .is_some_and(|version| version < [1, 5])
+/// Whether the axes of an element's document are in their model's frame, as before version 1.5.
+fn has_axes_of_models(axis: Node<'_, '_>) -> bool {
+    stated_version(axis).is_some_and(|version| version < [1, 5])
+}
+
+/// Whether axes say by `use_parent_model_frame` if they are in their model's frame, as in versions 1.5 and 1.6.
+fn has_flags_of_axes(axis: Node<'_, '_>) -> bool {
+    stated_version(axis).is_some_and(|version| ([1, 5]..[1, 7]).contains(&version))
+}
+
+fn stated_version(node: Node<'_, '_>) -> Option<[u32; 2]> {
+    version(node.document().root_element().attribute("version")?)
 }
