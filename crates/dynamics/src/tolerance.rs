@@ -11,8 +11,8 @@
 //! in norms that are not quite those of rho, for which there is the caution (a thousand covers all cases
 //! of `docs/accuracy.md`). That holds for factors that are those of the problem. What a solution x = M~^-1 b leaves, b - M x =
 //! (M~ - M) x, shows whether they are: beside its terms it is how far the equations of the factors are from the bodies'. And the
-//! corrections to come, change_k (rho + rho^2 + ...), are no more than the last one if rho <= 1/2. So a change is believed where the
-//! residual before it is at most [`LEFT`] and it is at most half the one before. Factors that have lost every digit of a
+//! corrections to come, change_k (rho + rho^2 + ...), are no more than the last one if rho <= 1/2. So a change is believed where it is
+//! at most half the one before and, of factors in f32, the residual before it is at most [`LEFT`]. Factors that have lost every digit of a
 //! joint's inertia can pass that: they take it for larger by far, so that corrections hardly move it. They lose those digits to
 //! bodies that are heavier by more than a precision can hold, which is why no factors in f32 are tried there ([`SPREAD`]).
 //!
