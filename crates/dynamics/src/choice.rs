@@ -64,7 +64,7 @@ impl Choice {
         options: &crate::gpu::Options,
     ) -> Result<Self, Error> {
         let bodies = model.bodies().len();
-        let (chunks, tree) = options.precisions(device)?;
+        let (chunks, tree) = options.precisions(device, model)?;
         let host = Self::on_host(bodies, &SolverOptions::default());
         let gpu_s = cost::gpu_refined_step(bodies, chunks, tree, options.sweeps);
         let is_real = device.info().device_type != vertebra_gpu::wgpu::DeviceType::Cpu;

@@ -47,7 +47,7 @@ const LEFT: f64 = 0.1;
 /// The largest ratio of the masses of a model's bodies, and of their moments of inertia, for factors in f32: over four
 /// decades of masses these have digits at the end of the distribution too, over more they may have none
 /// (`docs/accuracy.md`).
-const SPREAD: f64 = 1e4;
+pub(crate) const SPREAD: f64 = 1e4;
 
 /// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
 /// the bodies' equations ([`Loads::Rounding`]), which is a random sample of it.
@@ -426,18 +426,20 @@ impl Ladder {
 
 /// The largest ratio of the masses of a model's bodies, or of their moments about the joints; infinite if some have none.
 fn spread(model: &Model) -> f64 {
-    let ratio = |of: fn(&MassProperties) -> f64| {
-        let all = model.bodies().iter().map(|body| of(&body.mass));
-        let (least, most) = all.fold((f64::INFINITY, 0.0_f64), |(least, most), x| {
-            (least.min(x), most.max(x))
-        });
-        most / least
-    };
     let moment = |body: &MassProperties| {
         let about_center: f64 = (0..3).map(|k| body.inertia.col(k)[k]).sum();
         about_center + 2.0 * body.mass * body.center.length_squared()
     };
-    ratio(|body| body.mass).max(ratio(moment))
+    let bodies = || model.bodies().iter().map(|body| &body.mass);
+    ratio(bodies().map(|body| body.mass)).max(ratio(bodies().map(moment)))
+}
+
+/// That of the largest number to the least.
+pub(crate) fn ratio(all: impl Iterator<Item = f64>) -> f64 {
+    let (least, most) = all.fold((f64::INFINITY, 0.0_f64), |(least, most), x| {
+        (least.min(x), most.max(x))
+    });
+    most / least
 }
 
 fn method(

@@ -468,6 +468,18 @@ fn precisions() {
         matches!(refused, Error::PrecisionUnavailable { .. }),
         "{refused}"
     );
+    // Joins are in f32 but where light bodies beside heavy ones keep no digits there.
+    let joins = [
+        (Masses::Equal, Precision::F32),
+        (Masses::Alternating(1e3), Precision::F32),
+        (Masses::Alternating(1e6), Precision::F64),
+        (Masses::EveryEighth(0.0), Precision::F32),
+    ];
+    for (masses, expected) in joins {
+        let model = generate::uneven_tree(40, 1, &Rod::default(), &masses, 1).unwrap();
+        let simulation = Simulation::on(&device, &model, &Options::default()).unwrap();
+        assert_eq!(simulation.precisions().1, expected, "{masses:?}");
+    }
     let finer = options(Precision::F32, Precision::F64, 8);
     let refused = Simulation::on(&device, &model, &finer).unwrap_err();
     assert!(matches!(refused, Error::TreePrecision { .. }), "{refused}");

@@ -166,6 +166,15 @@ pub(crate) fn steps<'a>(
     precisions.into_iter().map(of).collect()
 }
 
+/// Solves once \[s\].
+fn solved(simulation: &mut Simulation) -> anyhow::Result<f64> {
+    let start = Instant::now();
+    simulation.solve()?;
+    Ok(simulation
+        .gpu_time()
+        .unwrap_or_else(|| start.elapsed().as_secs_f64()))
+}
+
 type Run<'a> = Box<dyn FnOnce(&Meter) -> anyhow::Result<Option<Row>> + 'a>;
 
 pub(super) fn name(chunks: Precision, tree: Precision) -> String {
@@ -232,13 +241,7 @@ impl Chain<'_> {
         let (state, forces) = &self.subject.inputs[0];
         let mut simulation = self.simulation(state, forces)?;
         simulation.solve()?;
-        let timing = sample(meter, || {
-            let start = Instant::now();
-            simulation.solve()?;
-            Ok(simulation
-                .gpu_time()
-                .unwrap_or_else(|| start.elapsed().as_secs_f64()))
-        })?;
+        let timing = sample(meter, || solved(&mut simulation))?;
         let profile = self.profile(&mut simulation, Simulation::solve)?;
         Ok(timing.map(|timing| Row {
             error_forward: Some(forward),
@@ -247,31 +250,44 @@ impl Chain<'_> {
         }))
     }
 
-    /// Forward dynamics with corrections, and what one costs beside the solution.
+    /// Forward dynamics with corrections, and what one costs beside the solution: both in turns, as a device's clock
+    /// is not steady.
     fn refine(&self, meter: &Meter, method: &str) -> anyhow::Result<Option<Row>> {
-        let plain = Options {
-            sweeps: 0,
-            ..self.options
-        };
-        let chain = Chain {
-            options: plain,
-            ..self.clone()
-        };
-        let alone = chain.solve(meter, method)?;
-        let row = self.solve(meter, method)?;
-        Ok(alone.zip(row).map(|(alone, row)| {
-            let sweeps = self.options.sweeps as f64;
-            let share = (row.time_median_s / alone.time_median_s - 1.0) / sweeps;
+        let forward = self.error()?;
+        let sweeps = self.options.sweeps;
+        let (mut plain, mut refined) = (self.corrected(0)?, self.corrected(sweeps)?);
+        let mut alone = Vec::new();
+        let timing = sample(meter, || {
+            alone.push(solved(&mut plain)?);
+            solved(&mut refined)
+        })?;
+        let profile = self.profile(&mut refined, Simulation::solve)?;
+        let alone = crate::measure::Timing::from_samples(alone);
+        Ok(timing.zip(alone).map(|(timing, alone)| {
+            let share = (timing.median_s / alone.median_s - 1.0) / sweeps as f64;
             Row {
+                error_forward: Some(forward),
                 note: format!(
-                    "a correction takes {:.0} % of the solution's {:.1} us; {}",
+                    "a correction takes {:.0} % of the solution's {:.1} us, in turns; without kinematics{profile}",
                     100.0 * share,
-                    1e6 * alone.time_median_s,
-                    row.note
+                    1e6 * alone.median_s,
                 ),
-                ..row
+                ..self.row(method, &timing)
             }
         }))
+    }
+
+    /// The first input with so many corrections.
+    fn corrected(&self, sweeps: usize) -> anyhow::Result<Simulation> {
+        let chain = Chain {
+            options: Options {
+                sweeps,
+                ..self.options
+            },
+            ..self.clone()
+        };
+        let (state, forces) = &self.subject.inputs[0];
+        chain.simulation(state, forces)
     }
 
     /// A whole step: kinematics, dynamics, integration and, after the last of `count`, all poses; the

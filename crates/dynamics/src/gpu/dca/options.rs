@@ -1,17 +1,22 @@
 //! What a simulation on a GPU is asked for.
 
 use crate::dca::{check_precisions, has_heavy_end};
+use crate::tolerance::{SPREAD, ratio};
 use crate::{Error, Integrator, Precision};
 use vertebra_assembly::Model;
 use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
 
-/// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and
-/// beyond these many bodies its joins are memory. Next to heavy bodies, and with corrections, accuracy counts.
+/// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and beyond [`LONG_CHAIN`]
+/// bodies its joins are memory.
 const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
 const LONG_CHAIN: usize = 8192;
+
+/// The same in f64 with corrections, or where light bodies carry heavy ones: the longer the chunks, the fewer joins lose
+/// digits in f32 (`docs/accuracy.md`).
+const EXACT_WINDOW: usize = 16;
 
 /// Corrections after which a solution has all the digits of its chunks.
 const MOST_SWEEPS: usize = 3;
@@ -21,10 +26,11 @@ const MOST_SWEEPS: usize = 3;
 pub struct Options {
     /// Precision of kinematics, chunks and the state; none for f64 where the adapter has it, else f32.
     pub chunks: Option<Precision>,
-    /// Precision of the joins, at most that of the chunks; none for f32.
+    /// Precision of the joins, at most that of the chunks; none for f32, or that of the chunks where masses differ by more than
+    /// 1e4, massless bodies aside: light bodies beside heavy ones keep no digits in f32 there.
     pub tree: Option<Precision>,
-    /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
-    /// 8192 and more, where bodies weigh 16 times those inboard of them, or with corrections.
+    /// How bodies are gathered into chunks; none for 4 joints each, or 8 of 8192 and more; with corrections, or where
+    /// bodies weigh 16 times those inboard of them, for 16 in f64 and 8 in f32.
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
@@ -34,21 +40,30 @@ pub struct Options {
 }
 
 impl Options {
-    /// How the bodies are gathered.
-    pub(super) fn gathering(&self, model: &Model, weights: &[f64]) -> ScheduleOptions {
-        let is_short = model.bodies().len() < LONG_CHAIN && self.sweeps == 0;
+    /// How the bodies are gathered into chunks of a precision.
+    pub(super) fn gathering(
+        &self,
+        model: &Model,
+        weights: &[f64],
+        chunks: Precision,
+    ) -> ScheduleOptions {
         // In a chunk of few joints a heavy body is no leaf, and its inertia drowns those of light ones before it.
-        let window = if is_short && !has_heavy_end(model, weights) {
-            SHORT_WINDOW
-        } else {
-            WINDOW
+        let is_exact = self.sweeps > 0 || has_heavy_end(model, weights);
+        let window = match (is_exact, chunks) {
+            (true, Precision::F64) => EXACT_WINDOW,
+            (false, _) if model.bodies().len() < LONG_CHAIN => SHORT_WINDOW,
+            _ => WINDOW,
         };
         self.schedule
             .unwrap_or(ScheduleOptions::with_window(window))
     }
 
-    /// Precisions of chunks and of joins on a device.
-    pub(crate) fn precisions(&self, device: &Device) -> Result<(Precision, Precision), Error> {
+    /// Precisions of chunks and of joins of a model on a device.
+    pub(crate) fn precisions(
+        &self,
+        device: &Device,
+        model: &Model,
+    ) -> Result<(Precision, Precision), Error> {
         let has_f64 = device.features().contains(Features::SHADER_F64);
         let best = if has_f64 {
             Precision::F64
@@ -56,7 +71,11 @@ impl Options {
             Precision::F32
         };
         let chunks = self.chunks.unwrap_or(best);
-        let tree = self.tree.unwrap_or(Precision::F32);
+        let tree = self.tree.unwrap_or_else(|| {
+            let masses = model.bodies().iter().map(|body| body.mass.mass);
+            let is_even = ratio(masses.filter(|&mass| mass > 0.0)) <= SPREAD;
+            if is_even { Precision::F32 } else { chunks }
+        });
         for asked in [chunks, tree] {
             if asked == Precision::Reference || asked == Precision::F64 && !has_f64 {
                 return Err(Error::PrecisionUnavailable {
