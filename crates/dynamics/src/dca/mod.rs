@@ -17,6 +17,7 @@ mod halves;
 mod interior;
 mod join;
 mod leaf;
+mod meet;
 mod place;
 pub(crate) mod plan;
 mod rake;
