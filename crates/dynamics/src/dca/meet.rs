@@ -22,7 +22,9 @@ impl<T: Real, L: Real> Tree<T, L> {
         for round in (0..=last).rev() {
             self.part(last, round, Some(descent), parallel);
         }
-        if L::EPSILON.to_f64() > T::EPSILON.to_f64() {
+        // A correction need not be exact.
+        let coarse = L::EPSILON.to_f64() > T::EPSILON.to_f64();
+        if coarse && descent.jumps.is_none() {
             self.find_gaps(last, descent, parallel);
             for round in 0..=last {
                 self.close(last, round, parallel);
