@@ -58,10 +58,12 @@ const SPAN: f64 = 9.0;
 pub(crate) struct Lost {
     /// Of a solution.
     pub(crate) solution: f64,
+    /// Of what f32 joins add to that.
+    pub(crate) joins: f64,
     /// Of what one correction of the recursion leaves.
     pub(crate) recursion: f64,
     /// Of what one correction over f32 joins leaves.
-    pub(crate) joins: f64,
+    pub(crate) once: f64,
     /// Of what two corrections leave.
     pub(crate) twice: f64,
 }
@@ -70,8 +72,9 @@ impl Lost {
     /// No digit.
     pub(crate) const NOTHING: Self = Self {
         solution: 1.0,
-        recursion: 1.0,
         joins: 1.0,
+        recursion: 1.0,
+        once: 1.0,
         twice: 1.0,
     };
 }
@@ -251,28 +254,35 @@ impl Hard {
     /// bring them back, but for moments that turning a body to world axes has rounded off. At rest errors are measured by
     /// gravity, while joints carry the weight of all bodies beyond.
     pub(crate) fn lost(self, bodies: usize) -> Lost {
-        let of = |solution, recursion, joins, twice| Lost {
+        let of = |solution, recursion, once, twice| Lost {
             solution,
+            joins: 1.0,
             recursion,
-            joins,
+            once,
             twice,
         };
         match self {
             Self::Coil => {
                 let turns = (real(bodies) / 8.0).powi(2);
-                of(turns, turns, 8.0 * turns, turns)
+                Lost {
+                    joins: 8.0 * turns,
+                    ..of(turns, turns, turns, turns)
+                }
             }
             Self::Taper(_) => of(4.0, 4.0, 4.0, 1.0),
-            Self::TaperedTree(ratio) if ratio > 1.0 => of(f64::INFINITY, 1e5, 100.0, 1.0),
-            Self::SpinningRods => of(1e8, 2e5, 2e4, 1e6),
+            Self::TaperedTree(ratio) if ratio > 1.0 => of(f64::INFINITY, 1e5, 1.0, 1.0),
+            Self::SpinningRods => of(1e8, 2e5, 1e5, 1e6),
             Self::Universal => of(4.0, 1.0, 1.0, 2.0),
             Self::Gimbal(short) if short < 1e-4 => {
                 of(f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY)
             }
             Self::Gimbal(_) => of(1e8, 1.0, 1.0, 4.0),
             Self::DuplicateAxes => of(1e6, 4.0, 1.0, 4.0),
-            Self::Lengths => of(4e9, 1e7, 200.0, 32.0),
-            Self::Hanging => of(1.0, 1.0, 1.0, real(bodies) / 32.0),
+            Self::Lengths => of(4e9, 1e7, 6e4, 32.0),
+            Self::Hanging => {
+                let some = real(bodies) / 32.0;
+                of(1.0, 1.0, some, some)
+            }
             Self::Held => {
                 let some = real(bodies) / 16.0;
                 of(real(bodies), some, some, some)

@@ -313,7 +313,8 @@ fn equations_without_terms_leave_no_more_than_all_of_them() {
 }
 
 /// What a correction changes is the error there was, to a tenth, as long as that is more than rounding: of solutions
-/// that masses have cost digits, by the recursion and over joins in f32, and of corrected ones.
+/// that masses have cost digits, by the recursion and over joins in f32 between short chunks, and of
+/// corrected ones.
 #[test]
 fn changes_are_the_errors_before() {
     let mut told = 0;
@@ -331,7 +332,7 @@ fn changes_are_the_errors_before() {
             let error = |qdd: &[f64]| forward_error(qdd, &reference).unwrap();
             let mut recursion = Workspace::new(&model, Precision::F64);
             aba(&model, &state, &forces, &mut recursion).unwrap();
-            let mut joined = tree(&model, Precision::F64, Precision::F32, 32);
+            let mut joined = tree(&model, Precision::F64, Precision::F32, 2);
             dca(&model, &state, &forces, &mut joined).unwrap();
             let floor = 256.0 * f64::EPSILON * 200.0_f64.sqrt();
             let mut check = |name: &str, before: f64, change: f64| {

@@ -78,7 +78,7 @@ impl<T: Real> Leaf<T> {
 
 /// What is computed chunk by chunk, in the order of the chunks.
 #[derive(Clone, Debug)]
-pub(super) struct Chunks<T, L> {
+pub(super) struct Chunks<T> {
     /// Accelerations of the bodies' joints' origins.
     pub(super) accelerations: Vec<Motion<T>>,
     /// Joint accelerations.
@@ -87,12 +87,12 @@ pub(super) struct Chunks<T, L> {
     inner: Vec<Inverse<T>>,
     leaves: Vec<Leaf<T>>,
     /// What is joined to other chunks.
-    pub(super) nodes: Vec<Node<L>>,
+    pub(super) nodes: Vec<Node<T>>,
     /// What is raked onto a body.
     pub(super) rakes: Vec<Rake<T>>,
 }
 
-impl<T: Real, L: Real> Chunks<T, L> {
+impl<T: Real> Chunks<T> {
     /// Memory for all chunks before `end`.
     pub(super) fn new(end: &Extent) -> Self {
         Self {
@@ -107,7 +107,7 @@ impl<T: Real, L: Real> Chunks<T, L> {
     }
 
     /// All of it, to be divided.
-    pub(super) fn share(&mut self) -> Own<'_, T, L> {
+    pub(super) fn share(&mut self) -> Own<'_, T> {
         Own {
             accelerations: &mut self.accelerations,
             qdd: &mut self.qdd,
@@ -121,17 +121,17 @@ impl<T: Real, L: Real> Chunks<T, L> {
 }
 
 /// A chunk's own share of [`Chunks`].
-pub(super) struct Own<'a, T, L> {
+pub(super) struct Own<'a, T> {
     pub(super) accelerations: &'a mut [Motion<T>],
     qdd: &'a mut [T],
     pub(super) freedoms: &'a mut [Freedom<T>],
     pub(super) inner: &'a mut [Inverse<T>],
     pub(super) leaves: &'a mut [Leaf<T>],
-    pub(super) nodes: &'a mut [Node<L>],
+    pub(super) nodes: &'a mut [Node<T>],
     pub(super) rakes: &'a mut [Rake<T>],
 }
 
-impl<T: Real, L: Real> Divide for Own<'_, T, L> {
+impl<T: Real> Divide for Own<'_, T> {
     fn divide(self, at: &Extent) -> (Self, Self) {
         let (accelerations, more_accelerations) = self.accelerations.split_at_mut(at.slot);
         let (qdd, more_qdd) = self.qdd.split_at_mut(at.dof);
@@ -215,10 +215,10 @@ impl<'a, T: Real> Given<'a, T> {
 
 /// Assembles a chunk; `rakes` gives what is raked onto a slot's body, about its handle point.
 ///
-pub(super) fn assemble<T: Real, L: Real, R: Iterator<Item = Rake<T>>>(
+pub(super) fn assemble<T: Real, R: Iterator<Item = Rake<T>>>(
     given: &Given<'_, T>,
     chunk: usize,
-    own: Own<'_, T, L>,
+    own: Own<'_, T>,
     rakes: impl Fn(usize) -> R,
 ) -> Result<(), Fault> {
     let plan = given.plan;
@@ -293,7 +293,7 @@ pub(super) fn assemble<T: Real, L: Real, R: Iterator<Item = Rake<T>>>(
         *kept = Rake::of_node(&node, head, part.arriving(head.offset));
     }
     if let Some(kept) = own.nodes.first_mut() {
-        *kept = node.cast();
+        *kept = node;
     }
     Ok(())
 }
@@ -335,10 +335,10 @@ pub(super) struct Ends<T> {
 }
 
 /// Solves a chunk for the accelerations of its bodies and joints.
-pub(super) fn solve<T: Real, L: Real>(
+pub(super) fn solve<T: Real>(
     given: &Given<'_, T>,
     chunk: usize,
-    own: Own<'_, T, L>,
+    own: Own<'_, T>,
     ends: &Ends<T>,
 ) -> Result<(), Fault> {
     let plan = given.plan;

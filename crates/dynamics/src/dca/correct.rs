@@ -8,7 +8,6 @@
 use super::balance::{Equations, Share};
 use super::chunk::Own;
 use super::interior::Freedom;
-use super::join::Node;
 use super::plan::{ChunkPlan, Inboard, Outboard, Part, Plan, Raked};
 use super::rake::Rake;
 use super::solution::{Acting, Driving};
@@ -214,12 +213,9 @@ impl<T: Real, L: Real> Tree<T, L> {
         let range = plan.schedule.joins_in(round);
         let (before, own) = self.joins.split_at_mut(range.start);
         let nodes = &self.chunks.nodes;
-        let ends = |part: Part| {
-            let node: &Node<L> = match part {
-                Part::Chunk(chunk) => &nodes[plan.extents[chunk].node],
-                Part::Join(join) => &before[join].node,
-            };
-            [node.b1, node.b2]
+        let ends = |part: Part| match part {
+            Part::Chunk(chunk) => nodes[plan.extents[chunk].node].free(),
+            Part::Join(join) => before[join].node.free(),
         };
         for_each(parallel, range, own, &|index, state| {
             let join = &plan.joins[index];
@@ -295,7 +291,7 @@ impl<T: Real, L: Real> Given<'_, T, L> {
     fn assemble(
         &self,
         chunk: usize,
-        own: Own<'_, T, L>,
+        own: Own<'_, T>,
         jumps: &[Motion<T>],
         mut load: impl FnMut(Share) -> Force<T>,
     ) {
@@ -366,7 +362,7 @@ impl<T: Real, L: Real> Given<'_, T, L> {
         if let Some(kept) = own.nodes.first_mut() {
             let jump = jumps[last - first].shifted(places[last].arm);
             add_scaled(&mut ends[1], &jump.to_array(), T::ONE);
-            [kept.b1, kept.b2] = ends.map(|end| end.map(T::cast));
+            [kept.b1, kept.b2] = ends;
         }
     }
 }

@@ -53,6 +53,11 @@ impl<T: Real> Node<T> {
         b2: [T::ZERO; 6],
     };
 
+    /// b1 and b2, in another precision.
+    pub(super) fn free<U: Real>(&self) -> [[U; 6]; 2] {
+        [self.b1, self.b2].map(|b| b.map(T::cast))
+    }
+
     /// In another precision.
     pub(super) fn cast<U: Real>(&self) -> Node<U> {
         Node {

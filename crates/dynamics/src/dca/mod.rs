@@ -6,7 +6,8 @@
 //! gathers what lies between two cuts in a chunk, by the articulated-body recursion ([`interior`]),
 //! which no light body upsets. The chunks of a path are joined half to half, rigidly ([`join`]); a
 //! finished side branch is raked onto the body that carries it ([`rake`]). So the joins are the same
-//! whatever the joints, both their sides are heavy, and they may be done in less precision.
+//! whatever the joints, both their sides are heavy, and they may be done in less precision, of which the error
+//! comes in squared ([`meet`]).
 //!
 //! All vectors are in world axes about the bodies' handle points, accelerations conventional.
 
@@ -17,6 +18,7 @@ mod halves;
 mod interior;
 mod join;
 mod leaf;
+mod meet;
 mod place;
 pub(crate) mod plan;
 mod rake;

@@ -82,6 +82,8 @@ pub(crate) struct ChunkPlan {
     pub(crate) last_share: f64,
     /// None for a path of a single chunk.
     pub(crate) parent: Option<Parent>,
+    /// The joins where its inboard and its outboard end meet another chunk, if they do.
+    pub(crate) ends: [Option<usize>; 2],
 }
 
 impl ChunkPlan {
@@ -128,6 +130,10 @@ pub(crate) struct JoinPlan {
     /// Where the path starts, if this part does: the join is then of the head's form.
     pub(crate) head: Option<Head>,
     pub(crate) parent: Option<Parent>,
+    /// The round of its path's last join.
+    pub(crate) last: usize,
+    /// The chunks that meet here.
+    pub(crate) chunks: [usize; 2],
     /// The cut body's slot.
     pub(crate) cut: usize,
 }
@@ -305,6 +311,7 @@ impl<T: Real> Plan<T> {
                 outboard,
                 last_share: if chunk.tail { 1.0 } else { 0.5 },
                 parent: None,
+                ends: [None; 2],
             });
         }
     }
@@ -324,8 +331,17 @@ impl<T: Real> Plan<T> {
             firsts.push(first);
             first += chunk.joints().len();
         }
+        // The first and the last chunk of each join.
+        let mut spans: Vec<[usize; 2]> = Vec::with_capacity(self.schedule.joins().len());
         for (index, join) in self.schedule.joins().iter().enumerate() {
             let (inboard, outboard) = (part(join.inboard), part(join.outboard));
+            let [[first, before], [after, last]] = [inboard, outboard].map(|part| match part {
+                Part::Chunk(chunk) => [chunk; 2],
+                Part::Join(join) => spans[join],
+            });
+            spans.push([first, last]);
+            self.chunks[before].ends[1] = Some(index);
+            self.chunks[after].ends[0] = Some(index);
             let head = match inboard {
                 Part::Chunk(chunk) => self.chunks[chunk].head(firsts[chunk]),
                 Part::Join(join) => self.joins[join].head,
@@ -345,8 +361,16 @@ impl<T: Real> Plan<T> {
                 outboard,
                 head,
                 parent: None,
+                last: 0,
+                chunks: [before, after],
                 cut: self.slots[join.cut.index()] as usize,
             });
+        }
+        for round in (0..self.schedule.round_count()).rev() {
+            for index in self.schedule.joins_in(round) {
+                let parent = self.joins[index].parent;
+                self.joins[index].last = parent.map_or(round, |above| self.joins[above.join].last);
+            }
         }
     }
 

@@ -5,7 +5,7 @@ use super::chunk::{self, Chunks, Ends};
 use super::correct::Corrections;
 use super::join::{Joined, Node, join};
 use super::place::Places;
-use super::plan::{ChunkPlan, Head, Inboard, JoinPlan, Part, Plan, Raked};
+use super::plan::{ChunkPlan, Head, JoinPlan, Part, Plan, Raked};
 use super::rake::Rake;
 use super::split::{Divide, Fault, PARALLEL_BODIES, divide, for_each};
 use crate::Forces;
@@ -19,14 +19,16 @@ use vertebra_spatial::{Force, Motion, Real, Vec3};
 
 /// A join's response, what it keeps, and what acts on it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct JoinState<L> {
+pub(super) struct JoinState<T, L> {
     pub(super) node: Node<L>,
     pub(super) joined: Joined<L>,
     /// f1, or a1 of a path's head.
-    x: [L; 6],
-    f2: [L; 6],
-    /// The force on the outboard part where the two meet.
-    force: [L; 6],
+    pub(super) x: [L; 6],
+    pub(super) f2: [L; 6],
+    /// The force on the outboard part where the two meet, as the joins have it.
+    pub(super) force: [L; 6],
+    /// The same of the solution.
+    pub(super) met: Force<T>,
 }
 
 /// All that a solver over an assembly tree computes, chunks in the precision `T`, joins in `L`.
@@ -36,7 +38,7 @@ pub(super) struct Tree<T, L> {
     pub(super) places: Places<T>,
     /// -g, the acceleration of a world that replaces gravity.
     pub(super) base: Motion<T>,
-    pub(super) chunks: Chunks<T, L>,
+    pub(super) chunks: Chunks<T>,
     /// Inertia of the freedoms' own in the order of the slots, and whether any is not zero.
     pub(super) added: Vec<T>,
     pub(super) across: Vec<T>,
@@ -46,7 +48,9 @@ pub(super) struct Tree<T, L> {
     /// Of each chunk the forces f1, if it starts at a cut body, and f2 on its ends.
     pub(super) ends: Vec<[Force<T>; 2]>,
     pub(super) sums: Vec<Rake<T>>,
-    pub(super) joins: Vec<JoinState<L>>,
+    pub(super) joins: Vec<JoinState<T, L>>,
+    /// What the forces leave of the accelerations where two chunks [meet](super::meet).
+    pub(super) gaps: Vec<[L; 6]>,
     /// Memory of the corrections, taken when the first one is asked for.
     pub(super) corrections: Option<Box<Corrections<T>>>,
     pub(super) drift: Option<Box<Drift>>,
@@ -61,6 +65,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             x: [L::ZERO; 6],
             f2: [L::ZERO; 6],
             force: [L::ZERO; 6],
+            met: Force::ZERO,
         };
         let gravity = model.gravity() / model.units().acceleration();
         Self {
@@ -74,6 +79,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             ends: vec![[Force::ZERO; 2]; plan.chunks.len()],
             sums: vec![Rake::default(); plan.sums.len()],
             joins: vec![state; plan.joins.len()],
+            gaps: vec![[L::ZERO; 6]; plan.joins.len()],
             corrections: None,
             drift: None,
             plan,
@@ -135,7 +141,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         parallel: bool,
     ) -> Result<(), Fault> {
         for round in (0..self.plan.schedule.round_count()).rev() {
-            self.part(round, descent, parallel);
+            self.meet(round, descent, parallel);
             self.respond(round, descent, parallel)?;
         }
         Ok(())
@@ -200,41 +206,26 @@ impl<T: Real, L: Real> Tree<T, L> {
         let (before, own) = self.joins.split_at_mut(range.start);
         let nodes = &self.chunks.nodes;
         let node = |part: Part| match part {
-            Part::Chunk(chunk) => &nodes[plan.extents[chunk].node],
-            Part::Join(join) => &before[join].node,
+            Part::Chunk(chunk) => nodes[plan.extents[chunk].node].cast(),
+            Part::Join(join) => before[join].node,
         };
-        for_each(parallel, range, own, &|index, state: &mut JoinState<L>| {
-            let JoinPlan {
-                inboard,
-                outboard,
-                head,
-                cut,
-                ..
-            } = plan.joins[index];
-            let joined = join(head.is_some(), node(inboard), node(outboard));
-            (state.node, state.joined) = joined.ok_or(Fault::Unjoined(cut))?;
-            Ok(())
-        })
-    }
-
-    /// Down: the forces in the joins of a round.
-    fn part(&mut self, round: usize, descent: &Descent<'_, T>, parallel: bool) {
-        let plan = &self.plan;
-        let range = plan.schedule.joins_in(round);
-        let (own, later) = self.joins.split_at_mut(range.end);
-        let (first_later, start) = (range.end, range.start);
-        let (accelerations, places) = (&self.chunks.accelerations, &self.places);
-        for_each(parallel, range, &mut own[start..], &|index, state| {
-            let JoinPlan { parent, head, .. } = plan.joins[index];
-            let given =
-                parent.map(|parent| later[parent.join - first_later].handed(parent.outboard));
-            (state.x, state.f2) = given.unwrap_or_else(|| {
-                let a = head.map(|head| descent.hanging(head, places, accelerations, 0));
-                let x = a.unwrap_or_default().to_array().map(T::cast);
-                (x, [L::ZERO; 6])
-            });
-            state.force = state.joined.force(&state.x, &state.f2);
-        });
+        for_each(
+            parallel,
+            range,
+            own,
+            &|index, state: &mut JoinState<T, L>| {
+                let JoinPlan {
+                    inboard,
+                    outboard,
+                    head,
+                    cut,
+                    ..
+                } = plan.joins[index];
+                let joined = join(head.is_some(), &node(inboard), &node(outboard));
+                (state.node, state.joined) = joined.ok_or(Fault::Unjoined(cut))?;
+                Ok(())
+            },
+        )
     }
 
     /// Down: the accelerations in the chunks of a round.
@@ -263,20 +254,17 @@ impl<T: Real, L: Real> Tree<T, L> {
         let joins = &self.joins;
         divide(parallel, &plan.extents, range, own, &|index, own| {
             let chunk = &plan.chunks[index];
-            let (x, f2) = match chunk.parent {
-                Some(parent) => joins[parent.join].handed(parent.outboard),
-                None => ([L::ZERO; 6], [L::ZERO; 6]),
-            };
+            let [f1, f2] = acting(joins, chunk);
             let x = match chunk.head(plan.extents[index].slot) {
                 Some(head) => {
                     let a = &later.accelerations;
                     descent.hanging(head, given.places, a, end.slot).to_array()
                 }
-                None => x.map(L::cast),
+                None => f1.to_array(),
             };
             let ends = Ends {
                 x,
-                f2: f2.map(L::cast),
+                f2: f2.to_array(),
             };
             chunk::solve(&given, index, own, &ends)
         })
@@ -287,19 +275,7 @@ impl<T: Real, L: Real> Tree<T, L> {
     /// Keeps what acts on the chunks' ends; of a correction adds it, and what it has [evened](super::halves) before.
     pub(super) fn keep_ends(&mut self, evened: Option<&[[Force<T>; 2]]>) {
         for (chunk, kept) in self.ends.iter_mut().enumerate() {
-            let ChunkPlan {
-                parent, inboard, ..
-            } = self.plan.chunks[chunk];
-            let (x, f2) = match parent {
-                Some(parent) => self.joins[parent.join].handed(parent.outboard),
-                None => ([L::ZERO; 6], [L::ZERO; 6]),
-            };
-            // What a path's head is given is an acceleration.
-            let x = match inboard {
-                Inboard::Cut(_) => Force::from_array(x.map(L::cast)),
-                Inboard::World | Inboard::Carrier(_) => Force::ZERO,
-            };
-            let acting = [x, Force::from_array(f2.map(L::cast))];
+            let acting = acting(&self.joins, &self.plan.chunks[chunk]);
             match evened {
                 None => *kept = acting,
                 Some(evened) => {
@@ -312,9 +288,17 @@ impl<T: Real, L: Real> Tree<T, L> {
     }
 }
 
-impl<L: Real> JoinState<L> {
+/// The forces f1 and f2 on the ends of a chunk; what a path's head is given is an acceleration instead.
+pub(super) fn acting<T: Real, L>(joins: &[JoinState<T, L>], chunk: &ChunkPlan) -> [Force<T>; 2] {
+    let [inboard, outboard] = chunk
+        .ends
+        .map(|join| join.map_or(Force::ZERO, |join| joins[join].met));
+    [inboard, -outboard]
+}
+
+impl<T, L: Real> JoinState<T, L> {
     /// x and f2 of its inboard or outboard part.
-    fn handed(&self, outboard: bool) -> ([L; 6], [L; 6]) {
+    pub(super) fn handed(&self, outboard: bool) -> ([L; 6], [L; 6]) {
         if outboard {
             (self.force, self.f2)
         } else {
@@ -357,7 +341,7 @@ pub(super) struct Rakes<'a, T, L> {
     pub(super) plan: &'a Plan<T>,
     pub(super) places: &'a Places<T>,
     pub(super) chunks: &'a [Rake<T>],
-    pub(super) joins: &'a [JoinState<L>],
+    pub(super) joins: &'a [JoinState<T, L>],
     pub(super) sums: &'a [Rake<T>],
 }
 
