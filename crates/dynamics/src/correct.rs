@@ -18,6 +18,7 @@
 //! is made to fit the joints where these then are, and r shows what that moves.
 
 use crate::across::Given;
+use crate::balance::least_forces;
 use crate::drift::Drift;
 use crate::link::{Kind, Link};
 use crate::refine::{Loads, Size, relative};
@@ -35,6 +36,8 @@ const RUN: usize = 16;
 pub(crate) struct Corrections<T> {
     /// Whether what a body's joint transmits is summed, and not the start of a run.
     sums: Vec<bool>,
+    /// What the terms of its equation are at least.
+    least: Vec<T>,
     /// What children other than the next body hand on; nothing between corrections.
     arriving: Vec<Arriving<T>>,
     /// Of bodies that have children other than the next.
@@ -89,6 +92,7 @@ impl<T: Real> Corrections<T> {
         }
         Self {
             sums: depths.iter().map(|depth| depth % RUN != 0).collect(),
+            least: least_forces(model).into_iter().map(T::from_f64).collect(),
             drift: Drift::of(model, T::EPSILON.to_f64()),
             arriving: vec![Arriving::NOTHING; bodies],
             accelerations: vec![Motion::ZERO; bodies],
@@ -253,10 +257,10 @@ impl<T: Real> Sweeps<T> {
             }
             let rest = f - balanced;
             // Of four terms that cancel the largest is at most three times as large as that of the others, and of
-            // those that do not, as what they leave and the others.
+            // those that do not, as what they leave and the others. Beside weights, of which I a is without.
             let size =
                 (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-            worst = worst.max(size.leaving(rest));
+            worst = worst.max(size.or(Size::of_weight(own.least[i])).leaving(rest));
             let load = if ROUNDING {
                 self.rounding(i, size.or(arriving.size))
             } else {
@@ -327,7 +331,7 @@ impl<T: Real> Sweeps<T> {
         let f = self.driven_right(i, f);
         let rest = f - balanced;
         let size = (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-        *worst = worst.max(size.leaving(rest));
+        *worst = worst.max(size.or(Size::of_weight(own.least[i])).leaving(rest));
         let load = if ROUNDING {
             self.rounding(i, size.or(arriving.size))
         } else {
