@@ -41,7 +41,7 @@ pub(crate) const ROUNDING: f64 = 1024.0;
 const SETTLED: f64 = 64.0;
 
 /// The largest residual, which is a part of the equations' terms, before a correction by factors in f32 that is believed. More
-/// exact ones are not asked: where all terms cancel, as those of a body that only falls do, what is left is all rounding.
+/// exact ones are not asked: where all terms cancel, as those of bodies that coast without gravity do, what is left is all rounding.
 const LEFT: f64 = 0.1;
 
 /// The largest ratio of the masses of a model's bodies, and of their moments of inertia, for factors in f32: over four
