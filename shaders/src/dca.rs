@@ -170,9 +170,12 @@ const MIXED_LANES: u32 = 128;
 const JOIN_MEMORY: u32 = 92 + 92;
 
 /// Joins of a workgroup that have a place on chip for what they hand to others, and the word of those that have none.
-pub const PLACES: u32 = 128;
+pub const PLACES: u32 = 96;
 /// See [`PLACES`].
 pub const NOWHERE: u32 = 255;
+
+/// Bytes of what tables say of a workgroup's joins, by places, and of its rounds.
+const TABLE_MEMORY: u32 = 4 * (RECORD * PLACES + PLACES + 1);
 
 /// Numbers of such a place: of forces between parts; where vectors go up, of b1 and b2.
 const HANDED_DOWN: u32 = 6;
@@ -365,21 +368,21 @@ impl Dca {
     /// Rounds of joins alone, in the precision of the tree.
     #[must_use]
     pub fn join_parts(self) -> Kernel {
-        let kernel = self.joining("join_parts", self.tree, WORK_LANES);
-        kernel.with(part!("join_parts"))
+        let kernel = self.joining("join_parts", self.tree, WORK_LANES, TABLE_MEMORY);
+        alone(kernel).with(part!("join_rounds"))
     }
 
     /// Rounds of joins alone in a correction, in the precision of the tree.
     #[must_use]
     pub fn rejoin_parts(self) -> Kernel {
-        let kernel = self.rejoining("rejoin_parts", self.tree, WORK_LANES);
-        kernel.with(part!("join_parts"))
+        let kernel = self.rejoining("rejoin_parts", self.tree, WORK_LANES, TABLE_MEMORY);
+        alone(kernel).with(part!("rejoin_rounds"))
     }
 
     /// Rounds of any kind, joins too computed in the precision of the chunks.
     #[must_use]
     pub fn work_parts(self, advance: Advance) -> Kernel {
-        let kernel = self.with_chunks(self.joining("work_parts", self.chunks, MIXED_LANES));
+        let kernel = self.with_chunks(self.joining("work_parts", self.chunks, MIXED_LANES, 0));
         let kernel = mixed(kernel).with(part!("work_parts"));
         advancing(kernel.with(part!("rakes_onto")), advance)
     }
@@ -387,7 +390,7 @@ impl Dca {
     /// Rounds of any kind in a correction, joins too computed in the precision of the chunks.
     #[must_use]
     pub fn rework_parts(self, advance: Advance) -> Kernel {
-        let kernel = self.with_chunks(self.rejoining("rework_parts", self.chunks, MIXED_LANES));
+        let kernel = self.with_chunks(self.rejoining("rework_parts", self.chunks, MIXED_LANES, 0));
         let parts = [
             part!("rework_parts"),
             part!("rakes_none"),
@@ -620,19 +623,21 @@ impl Dca {
     }
 
     /// Rounds whose joins are put together.
-    fn joining(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
+    fn joining(self, name: &'static str, precision: Precision, lanes: u32, more: u32) -> Kernel {
         let joins = lanes / TEAM;
         let kernel = self.teams(name, precision, lanes).with(part!("join_team"));
         let kernel = kernel.constant("COARSER", self.coarser());
         let handed = HANDED_DOWN * PLACES * self.tree.bytes();
-        self.sharing(kernel, joins * JOIN_MEMORY * precision.bytes() + handed)
+        let pairs = joins * JOIN_MEMORY * precision.bytes();
+        self.sharing(kernel, pairs + handed + more)
     }
 
     /// Rounds whose joins are corrected.
-    fn rejoining(self, name: &'static str, precision: Precision, lanes: u32) -> Kernel {
+    fn rejoining(self, name: &'static str, precision: Precision, lanes: u32, more: u32) -> Kernel {
         let kernel = self.teams(name, precision, lanes);
         let kernel = kernel.with(part!("rejoin_team")).with(part!("change"));
-        self.sharing(kernel, HANDED_UP * PLACES * self.tree.bytes())
+        let handed = HANDED_UP * PLACES * self.tree.bytes();
+        self.sharing(kernel, handed + more)
     }
 
     /// Rounds, joins of which teams of lanes take.
@@ -657,6 +662,11 @@ impl Dca {
             .stride("scratch", 4 * self.chunks.bytes())
             .requires(self.chunks.features() | self.tree.features())
     }
+}
+
+/// Rounds in which there is nothing but joins.
+fn alone(kernel: Kernel) -> Kernel {
+    kernel.with(part!("join_parts"))
 }
 
 /// Rounds in which there is more than joins.

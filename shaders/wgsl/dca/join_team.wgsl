@@ -154,20 +154,31 @@ fn go_up_join(known: Up, lane: u32) {
             if !factor.positive {
                 fail(UNJOINED, cut_of(seam.join));
             }
-            keep_factor(seam.join, factor);
             if seam.rake != NONE {
                 put_path_rake(seam.rake, first);
             }
+        }
+        if IS_KEPT && own >= COLUMNS {
+            // Lanes that own no column have two rows each.
+            let row = 2u * (own - COLUMNS);
+            keep_inverse_row(seam.join, factor, row);
+            keep_inverse_row(seam.join, factor, row + 1u);
         }
     }
     // Before the next joins take their places.
     workgroupBarrier();
 }
 
-// Nodes go through memory.
-fn end_round_up() { storageBarrier(); }
+// What a lane reads of a join for what differs in it: what has been solved for it.
+struct Differing {
+    number: real,
+}
 
-fn end_up() {}
+fn differing_in(join: u32, row: u32, own: u32) -> Differing {
+    return Differing(number_at(row, DIFFERENCE));
+}
+
+fn number_differing(known: Differing) -> real { return known.number; }
 
 // The products of all columns by two: a lane's with the six that follow, in a ring of thirteen, and with
 // itself, so that each pair is one lane's and all have the same number. They make up the whole's node, `to`.

@@ -118,39 +118,39 @@ fn hanging_again(head: u32, carrier: u32) -> Force {
     return seen_from(head, moved.angular, moved.linear);
 }
 
-// Changes of nodes, then factors of joins, behind the forces that act in these.
+// Behind the forces that act in joins: changes of nodes, the rows of each join's G^-1, and what differs in it.
 const CHANGE_SIZE = 3u;
-const FACTOR_SIZE = 6u;
+const INVERSE_SIZE = 12u;
+const DIFFERING_SIZE = 2u;
 
 fn change_at(node: u32) -> u32 { return acting_at(sizes.joins) + CHANGE_SIZE * node; }
 
-fn factor_at(join: u32) -> u32 {
-    return change_at(sizes.chunk_nodes + sizes.joins) + FACTOR_SIZE * join;
+fn inverse_at(join: u32) -> u32 {
+    return change_at(sizes.chunk_nodes + sizes.joins) + INVERSE_SIZE * join;
 }
 
-fn keep_factor(join: u32, factor: Cholesky6) {
-    let at = factor_at(join);
-    let a = factor.angular;
-    let l = factor.linear;
-    let c = factor.coupling;
-    tree_put_vectors(at, a.inverse, a.lower, l.inverse, l.lower);
-    tree_put_vectors(at + 3u, c[0], c[1], c[2], zero3());
-}
+fn differing_at(join: u32) -> u32 { return inverse_at(sizes.joins) + DIFFERING_SIZE * join; }
 
-fn get_factor(join: u32) -> Cholesky6 {
-    let at = factor_at(join);
+// Six numbers at the start of two fours.
+fn six_at(at: u32) -> Force {
     let a = vec4<real>(nodes[at]);
     let b = vec4<real>(nodes[at + 1u]);
-    let c = vec4<real>(nodes[at + 2u]);
-    let d = vec4<real>(nodes[at + 3u]);
-    let e = vec4<real>(nodes[at + 4u]);
-    let f = vec4<real>(nodes[at + 5u]);
-    return Cholesky6(
-        Cholesky3(a.xyz, vec3<real>(a.w, b.xy), true),
-        mat3x3<real>(d.xyz, vec3<real>(d.w, e.xy), vec3<real>(e.zw, f.x)),
-        Cholesky3(vec3<real>(b.zw, c.x), c.yzw, true),
-        true,
+    return Force(a.xyz, vec3<real>(a.w, b.xy));
+}
+
+fn inverse_row(join: u32, row: u32) -> Force { return six_at(inverse_at(join) + 2u * row); }
+
+// The inverse is symmetric: its rows are solutions.
+fn keep_inverse_row(join: u32, factor: Cholesky6, row: u32) {
+    let one = vec3<real>(vec3<u32>(row % 3u) == vec3<u32>(0u, 1u, 2u));
+    let is_angular = row < 3u;
+    let solved = cholesky6_solve(
+        factor,
+        Force(select(zero3(), one, is_angular), select(one, zero3(), is_angular)),
     );
+    let at = inverse_at(join) + 2u * row;
+    tree_put(at, solved.angular.x, solved.angular.y, solved.angular.z, solved.linear.x);
+    tree_put(at + 1u, solved.linear.y, solved.linear.z, 0.0, 0.0);
 }
 
 fn put_added(rake: u32, force: Force) { put_two(added_at() + rake, sizes.rakes, force); }

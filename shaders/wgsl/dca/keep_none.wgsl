@@ -10,7 +10,7 @@ fn kept_number(join: u32, own: u32) -> chunk_real { return chunk_real(0.0); }
 
 fn keep_number(join: u32, own: u32, kept: chunk_real, number: real) {}
 
-fn keep_factor(join: u32, factor: Cholesky6) {}
+fn keep_inverse_row(join: u32, factor: Cholesky6, row: u32) {}
 
 fn kept_end(join: u32, side: u32) -> Motion { return motion_zero(); }
 

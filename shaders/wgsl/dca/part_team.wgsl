@@ -7,7 +7,7 @@ struct Down {
     r: vec4<real>,
     s: vec4<real>,
     t: vec4<real>,
-    difference: real,
+    differing: Differing,
     kept: chunk_real,
     // From other dispatches.
     x: Force,
@@ -26,7 +26,7 @@ fn known_down(seam: Seam, has_join: bool, lane: u32) -> Down {
     known.r = vec4<real>(nodes[at]);
     known.s = vec4<real>(nodes[at + 1u]);
     known.t = vec4<real>(nodes[at + 2u]);
-    known.difference = number_at(at, DIFFERENCE);
+    known.differing = differing_in(seam.join, at, own);
     known.kept = kept_number(seam.join, own);
     if seam.before == NONE {
         known.x = hanging_again(seam.head, seam.carrier);
@@ -58,7 +58,7 @@ fn go_down_join(known: Down, lane: u32) {
     let r = known.r;
     let s = known.s;
     let t = known.t;
-    var number: real = known.difference;
+    var number: real = number_differing(known.differing);
     number += dot(r.xyz, x.angular) + dot(vec3<real>(r.w, s.xy), x.linear);
     number += dot(vec3<real>(s.zw, t.x), f.angular) + dot(t.yzw, f.linear);
     put_number(acting_at(known.seam.join), own, number);

@@ -34,7 +34,7 @@ fn seam_at(at: u32) -> Seam {
     );
 }
 
-const PLACES = 128u;
+const PLACES = 96u;
 // Of what comes from another dispatch, or through memory.
 const NOWHERE = 255u;
 

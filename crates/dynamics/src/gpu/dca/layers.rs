@@ -24,6 +24,9 @@ impl Places {
     fn new(groups: &[Vec<Vec<Item>>], joins: usize, width: &Width) -> Option<Self> {
         let mut places = Self(vec![NOWHERE; joins]);
         for group in groups {
+            if group.len() > PLACES as usize {
+                return None;
+            }
             let mut place = 0;
             for round in group {
                 if round.len() * width.join > width.lanes {

@@ -424,8 +424,8 @@ impl Tables {
     pub(super) fn nodes_len(&self) -> usize {
         let s = &self.sizes;
         let (nodes, joins) = (s.chunk_nodes as usize, s.joins as usize);
-        let (changes, factors) = if self.sweeps > 0 { (3, 6) } else { (0, 0) };
-        nodes * (23 + changes) + joins * (23 + 24 + 2 + changes + factors)
+        let (changes, inverses) = if self.sweeps > 0 { (3, 14) } else { (0, 0) };
+        nodes * (23 + changes) + joins * (23 + 24 + 2 + changes + inverses)
     }
 
     /// Where the state that is worked on ends, and accelerations begin.
