@@ -124,20 +124,21 @@ impl<T: Real> Size<T> {
         }
     }
 
-    #[inline(always)]
-    pub(crate) const fn of_weight(weight: T) -> Self {
-        Self {
-            angular: T::ZERO,
-            linear: weight,
-        }
-    }
-
     /// The larger of two, each part by itself.
     #[inline(always)]
     pub(crate) fn or(self, other: Self) -> Self {
         Self {
             angular: larger(self.angular, other.angular),
             linear: larger(self.linear, other.linear),
+        }
+    }
+
+    /// The same beside a weight.
+    #[inline(always)]
+    pub(crate) fn or_weight(self, weight: T) -> Self {
+        Self {
+            linear: larger(self.linear, weight),
+            ..self
         }
     }
 

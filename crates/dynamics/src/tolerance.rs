@@ -418,8 +418,10 @@ impl Ladder {
             }
             before = change;
         }
-        // No solution is more exact than the rounding of its equations.
-        achieved.error = achieved.error.max(NOISE * rounding).max(f64::EPSILON);
+        // No solution is more exact than the rounding of its equations, nor, where nothing responds to that, than gravity in
+        // its precision.
+        let least = rung.precision.epsilon().max(f64::EPSILON);
+        achieved.error = achieved.error.max(NOISE * rounding).max(least);
         Ok(achieved)
     }
 }

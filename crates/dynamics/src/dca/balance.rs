@@ -227,8 +227,8 @@ impl<T: Real> Balance<'_, T> {
         let mut size =
             (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
         // What the next body takes may be all there is.
-        let weight = Size::of_weight(plan.least_forces[slot]);
-        self.worst = self.worst.and(size.or(weight).leaving(rest));
+        let beside = size.or_weight(plan.least_forces[slot]);
+        self.worst = self.worst.and(beside.leaving(rest));
         if self.equations.loads == Loads::Rounding {
             size = size.or(Size::of_force(self.taken));
             rest = size.or(Size::of_turning(&placed.inertia, a)).rounding(slot);
@@ -253,7 +253,7 @@ impl<T: Real> Balance<'_, T> {
         let [end, _] = self.equations.ends[self.chunk];
         let rest = end - half - self.taken;
         let size = (Size::of_force(end).or(Size::of_force(half))).or(Size::of_force(self.taken));
-        let size = size.or(Size::of_weight(plan.least_forces[cut]));
+        let size = size.or_weight(plan.least_forces[cut]);
         self.worst = self.worst.and(size.left(Size::of_force(rest)));
         match self.equations.loads {
             Loads::Left | Loads::Settled => rest + self.equations.evening[self.chunk][0],
