@@ -18,6 +18,7 @@
 //! is made to fit the joints where these then are, and r shows what that moves.
 
 use crate::across::Given;
+use crate::balance::least_forces;
 use crate::drift::Drift;
 use crate::link::{Kind, Link};
 use crate::refine::{Loads, Size, relative};
@@ -33,8 +34,7 @@ const RUN: usize = 16;
 /// Memory of the corrections, one entry a body unless it says otherwise.
 #[derive(Clone, Debug)]
 pub(crate) struct Corrections<T> {
-    /// Whether what a body's joint transmits is summed, and not the start of a run.
-    sums: Vec<bool>,
+    of_body: Vec<OfBody<T>>,
     /// What children other than the next body hand on; nothing between corrections.
     arriving: Vec<Arriving<T>>,
     /// Of bodies that have children other than the next.
@@ -43,6 +43,15 @@ pub(crate) struct Corrections<T> {
     u: Vec<T>,
     /// None in the reference precision.
     drift: Option<Drift>,
+}
+
+/// What is known of a body's equation.
+#[derive(Clone, Copy, Debug)]
+struct OfBody<T> {
+    /// Whether what its joint transmits is summed, and not the start of a run.
+    sums: bool,
+    /// What its terms are at least ([`least_forces`]).
+    least: T,
 }
 
 /// What children hand on to a body, about its origin.
@@ -76,7 +85,7 @@ impl<T: Real> AddAssign for Arriving<T> {
 impl<T> Corrections<T> {
     /// Whether what a body's joint transmits is summed from what its children take.
     pub(crate) fn sums(&self, body: usize) -> bool {
-        self.sums[body]
+        self.of_body[body].sums
     }
 }
 
@@ -87,8 +96,13 @@ impl<T: Real> Corrections<T> {
             let depth = (body.parent).map_or(0, |parent| depths[parent.index()] + 1);
             depths.push(depth);
         }
+        let least = least_forces(model).into_iter().map(T::from_f64);
+        let of_body = depths.iter().zip(least).map(|(depth, least)| OfBody {
+            sums: depth % RUN != 0,
+            least,
+        });
         Self {
-            sums: depths.iter().map(|depth| depth % RUN != 0).collect(),
+            of_body: of_body.collect(),
             drift: Drift::of(model, T::EPSILON.to_f64()),
             arriving: vec![Arriving::NOTHING; bodies],
             accelerations: vec![Motion::ZERO; bodies],
@@ -219,11 +233,8 @@ impl<T: Real> Sweeps<T> {
             let external = self.external[i];
             let inertial = self.inertia[i].mul(self.acceleration[i]);
             let balanced = inertial - external + arriving.taken;
-            let mut f = if own.sums[i] {
-                balanced
-            } else {
-                self.whole_force(i)
-            };
+            let OfBody { sums, least } = own.of_body[i];
+            let mut f = if sums { balanced } else { self.whole_force(i) };
             match kind {
                 Kind::Revolute => {
                     let axis = self.subspace[v].angular;
@@ -234,7 +245,7 @@ impl<T: Real> Sweeps<T> {
                     f.linear -= axis * (axis.dot(f.linear) - self.driving(v));
                 }
                 // All that acts is handed on.
-                Kind::Fixed if own.sums[i] && !ROUNDING => {
+                Kind::Fixed if sums && !ROUNDING => {
                     self.bias[i] += arriving.bias;
                     let r = self.offset[i];
                     let handed = Arriving {
@@ -253,10 +264,10 @@ impl<T: Real> Sweeps<T> {
             }
             let rest = f - balanced;
             // Of four terms that cancel the largest is at most three times as large as that of the others, and of
-            // those that do not, as what they leave and the others.
+            // those that do not, as what they leave and the others. Beside weights, of which I a is without.
             let size =
                 (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-            worst = worst.max(size.leaving(rest));
+            worst = worst.max(size.or_weight(least).leaving(rest));
             let load = if ROUNDING {
                 self.rounding(i, size.or(arriving.size))
             } else {
@@ -319,15 +330,12 @@ impl<T: Real> Sweeps<T> {
         let external = self.external[i];
         let inertial = self.inertia[i].mul(self.acceleration[i]);
         let balanced = inertial - external + arriving.taken;
-        let f = if own.sums[i] {
-            balanced
-        } else {
-            self.whole_force(i)
-        };
+        let OfBody { sums, least } = own.of_body[i];
+        let f = if sums { balanced } else { self.whole_force(i) };
         let f = self.driven_right(i, f);
         let rest = f - balanced;
         let size = (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-        *worst = worst.max(size.leaving(rest));
+        *worst = worst.max(size.or_weight(least).leaving(rest));
         let load = if ROUNDING {
             self.rounding(i, size.or(arriving.size))
         } else {

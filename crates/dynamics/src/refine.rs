@@ -8,7 +8,8 @@ use vertebra_spatial::{Force, Motion, Real, RigidInertia, Vec3, vec3};
 pub struct Refinement {
     /// Residual of the bodies' own equations **before** the correction: of each body, largest entry of
     /// what its Newton-Euler equation or its joint's match of accelerations leaves, over the largest
-    /// entry of any term, in the model's units.
+    /// entry of any term, in the model's units. Weights and the acceleration of gravity are among the terms, though
+    /// solutions leave gravity out: of what only falls all others are rounding.
     pub residual: f64,
     /// The correction: max |change of qdd| / max |qdd|, 1 at most. Where loads balance, max |qdd| is replaced
     /// as in [`forward_error`](crate::forward_error).
@@ -129,6 +130,15 @@ impl<T: Real> Size<T> {
         Self {
             angular: larger(self.angular, other.angular),
             linear: larger(self.linear, other.linear),
+        }
+    }
+
+    /// The same beside a weight.
+    #[inline(always)]
+    pub(crate) fn or_weight(self, weight: T) -> Self {
+        Self {
+            linear: larger(self.linear, weight),
+            ..self
         }
     }
 

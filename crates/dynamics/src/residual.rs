@@ -14,8 +14,10 @@
 //! Taken row by row it is as strict as can be, and too strict where a sum is zero by construction: on a
 //! planar robot, or for the moment in a ball joint made of three hinges, all terms of a row are
 //! rounding, and the row reads 1. [`Residual::by_body`] therefore lets all rows of a body share the
-//! largest of their sums, in the model's own units.
+//! largest of their sums, in the model's own units. Weights count there too: accelerations leave gravity out, so that of a body
+//! that only falls the others are nothing but rounding.
 
+use crate::balance::least_forces;
 use crate::link::Scales;
 use crate::refine::Loads;
 use crate::workspace::{Sweeps, Workspace, in_precision};
@@ -144,11 +146,14 @@ fn evaluate<T: Real>(
     f: &[Force<T>],
 ) -> Residual {
     let mut worst = Residual::default();
+    let gravity = greatest(motion_array(absolute(s.base)));
+    let least: Vec<T> = least_forces(model).into_iter().map(T::from_f64).collect();
     let mut balance = newton_euler_rows(s, forces, model, a, f);
     for i in (0..s.links.len()).rev() {
         let (row, scale) = balance[i];
         worst.newton_euler = worst_of(worst.newton_euler, largest(row, scale));
-        worst.by_body = worst_of(worst.by_body, largest(row, [greatest(scale); 6]));
+        let shared = greater(greatest(scale), least[i]);
+        worst.by_body = worst_of(worst.by_body, largest(row, [shared; 6]));
         if let Some(parent) = s.links[i].parent {
             let (row, scale) = &mut balance[parent];
             let (r, passed) = (s.offset[i], f[i]);
@@ -159,8 +164,9 @@ fn evaluate<T: Real>(
     for i in 0..s.links.len() {
         let (row, scale) = acceleration_rows(s, i, a);
         worst.acceleration = worst_of(worst.acceleration, largest(row, scale));
-        worst.by_body = worst_of(worst.by_body, largest(row, [greatest(scale); 6]));
-        let shared = greatest(balance[i].1);
+        let shared = greater(greatest(scale), gravity);
+        worst.by_body = worst_of(worst.by_body, largest(row, [shared; 6]));
+        let shared = greater(greatest(balance[i].1), least[i]);
         let dofs = s.dofs(i);
         for dof in dofs.clone() {
             let column = s.subspace[dof];
@@ -174,8 +180,7 @@ fn evaluate<T: Real>(
                 scale += own.abs();
             }
             worst.joint_force = worst_of(worst.joint_force, ratio(row, scale));
-            let scale = if shared > scale { shared } else { scale };
-            worst.by_body = worst_of(worst.by_body, ratio(row, scale));
+            worst.by_body = worst_of(worst.by_body, ratio(row, greater(shared, scale)));
         }
     }
     worst
@@ -250,9 +255,11 @@ fn largest<T: Real>(row: [T; 6], scale: [T; 6]) -> f64 {
 }
 
 fn greatest<T: Real>(scale: [T; 6]) -> T {
-    scale
-        .iter()
-        .fold(T::ZERO, |m, &s| if s > m { s } else { m })
+    scale.into_iter().fold(T::ZERO, greater)
+}
+
+fn greater<T: Real>(a: T, b: T) -> T {
+    if b > a { b } else { a }
 }
 
 fn add<T: Real>(sum: &mut [T; 6], terms: [T; 6]) {

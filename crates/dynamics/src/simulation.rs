@@ -4,6 +4,8 @@
 mod exact;
 mod held;
 mod host;
+#[cfg(feature = "gpu")]
+mod judge;
 mod poses;
 #[cfg(feature = "gpu")]
 mod remote;
@@ -112,9 +114,9 @@ impl Simulation {
     ///
     /// To a tolerance, a GPU takes the cheapest of its precisions and corrections that meets it:
     /// its accelerations are held against the bodies' equations by the processor before the first step, after a
-    /// state was set, and at every 64th step. What no GPU can do so exactly is done by the processor from there on
-    /// ([`choice`](Self::choice) tells), and so are models with closed loops, couplings, springs, rotors or motors, for
-    /// which nothing checks a GPU.
+    /// state was set, and at every 64th step, under the forces of loops that the processor finds and with elements on the parts of
+    /// their laws that the device is on. What no GPU can do so exactly is done by the processor from there on
+    /// ([`choice`](Self::choice) tells).
     ///
     /// # Errors
     /// As [`Solver::new`]; on a GPU also [`Error::PrecisionUnavailable`], [`Error::ModelTooLarge`], `Error::Gpu`, and

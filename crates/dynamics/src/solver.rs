@@ -291,10 +291,7 @@ impl Solver {
         }
         match &mut self.memory {
             Memory::Chosen(chosen) => {
-                let all = match &mut self.loops {
-                    None => forces,
-                    Some(loops) => loops.with_own(model, forces),
-                };
+                let all = with_loops(&mut self.loops, model, forces);
                 let solved = chosen.solve(&self.choice, model, state, all)?;
                 solved.refine(all)
             }
@@ -425,6 +422,28 @@ impl Solver {
         }
     }
 
+    /// What acts with the forces of loops in the last solution.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn acting<'a>(&'a mut self, model: &Model, forces: &'a Forces) -> &'a Forces {
+        with_loops(&mut self.loops, model, forces)
+    }
+
+    /// How far off accelerations are because of the forces of loops under which the tree has them, which are those of the last
+    /// solution: as part of the largest.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn error_of_loops(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+        qdd: &[f64],
+    ) -> f64 {
+        match (&mut self.loops, self.memory.last()) {
+            (Some(loops), Some(method)) => loops.error(model, state, forces, (qdd, method)),
+            _ => 0.0,
+        }
+    }
+
     /// How the tolerance was met the last time; none without one, or if it was not met.
     #[must_use]
     pub fn achieved(&self) -> Option<&Achieved> {
@@ -443,6 +462,18 @@ impl Solver {
             }) => Some(workspace),
             _ => None,
         }
+    }
+}
+
+/// What acts with the forces of loops in their last solution.
+fn with_loops<'a>(
+    loops: &'a mut Option<Box<Loops>>,
+    model: &Model,
+    forces: &'a Forces,
+) -> &'a Forces {
+    match loops {
+        None => forces,
+        Some(loops) => loops.with_own(model, forces),
     }
 }
 

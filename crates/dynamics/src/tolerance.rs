@@ -41,7 +41,7 @@ pub(crate) const ROUNDING: f64 = 1024.0;
 const SETTLED: f64 = 64.0;
 
 /// The largest residual, which is a part of the equations' terms, before a correction by factors in f32 that is believed. More
-/// exact ones are not asked: where all terms cancel, as those of a body that only falls do, what is left is all rounding.
+/// exact ones are not asked: where all terms cancel, as those of bodies that coast without gravity do, what is left is all rounding.
 const LEFT: f64 = 0.1;
 
 /// The largest ratio of the masses of a model's bodies, and of their moments of inertia, for factors in f32: over four
@@ -418,8 +418,10 @@ impl Ladder {
             }
             before = change;
         }
-        // No solution is more exact than the rounding of its equations.
-        achieved.error = achieved.error.max(NOISE * rounding).max(f64::EPSILON);
+        // No solution is more exact than the rounding of its equations, nor, where nothing responds to that, than gravity in
+        // its precision.
+        let least = rung.precision.epsilon().max(f64::EPSILON);
+        achieved.error = achieved.error.max(NOISE * rounding).max(least);
         Ok(achieved)
     }
 }

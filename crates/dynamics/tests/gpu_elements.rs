@@ -6,7 +6,7 @@
 mod driven;
 mod remote;
 
-use driven::{assert_alike, chain, moved};
+use driven::{assert_alike, chain, largest, moved, moved_by};
 use glam::{DQuat, DVec3};
 use remote::{PRECISIONS, device};
 use vertebra_assembly::generate::{self, Rod};
@@ -16,8 +16,8 @@ use vertebra_assembly::{
 };
 use vertebra_dynamics::gpu::{Batch, BatchOptions, Options};
 use vertebra_dynamics::{
-    Algorithm, DcaOptions, DcaWorkspace, Elements, Error, Forces, Integrator, Motor, Precision,
-    Simulation, SolverOptions, Work, Workspace, aba, dca, forward_error, gpu,
+    Algorithm, DcaOptions, DcaWorkspace, Elements, Error, Forces, Integrator, Monitor, Motor,
+    Precision, Simulation, SolverOptions, Work, Workspace, aba, dca, forward_error, gpu,
 };
 use vertebra_gpu::Device;
 
@@ -310,12 +310,74 @@ fn batches() {
     );
 }
 
+/// Steps are checked as they are taken, implicit in what acts and on the parts its laws are on; that changes nothing.
+#[test]
+fn steps_with_elements_are_watched() {
+    let Some(device) = device() else { return };
+    let model = chain(24, 3);
+    let mut state = State::neutral(&model);
+    state.qd.copy_from_slice(&State::random(&model, 3).qd);
+    for precisions in &PRECISIONS[1..] {
+        // Stops are as firm as the square root of what solutions are known to, and so is what rounds them.
+        let largest = precisions.1.epsilon().sqrt();
+        let run = |monitor: Option<Monitor>| {
+            let options = options(*precisions, 4, 0);
+            let mut simulation = Simulation::on_gpu(&device, model.clone(), &options).unwrap();
+            if let Some(monitor) = monitor {
+                simulation = simulation.with_monitor(monitor);
+            }
+            let moved = moved_by(&mut simulation, &state, 1e-3, 20);
+            (simulation, moved)
+        };
+        let (_, plain) = run(None);
+        let (watched, found) = run(Some(Monitor::every(1, largest)));
+        assert_eq!(plain, found);
+        let monitor = watched.monitor().unwrap();
+        let worst = monitor.worst();
+        assert_eq!((monitor.checks(), monitor.exceeded()), (40, 0), "{worst:?}");
+        let (strict, _) = run(Some(Monitor::every(1, f64::EPSILON)));
+        assert_eq!(strict.monitor().unwrap().exceeded(), 40);
+    }
+}
+
+/// A tolerance is met by the device, of steps and of accelerations.
+#[test]
+fn a_tolerance_is_met_with_elements() {
+    let Some(device) = device() else { return };
+    let (model, tolerance) = (chain(24, 3), 1e-7);
+    let mut state = State::neutral(&model);
+    state.qd.copy_from_slice(&State::random(&model, 3).qd);
+    let run = |simulation: Simulation, tolerance| {
+        let tolerance = SolverOptions::to_tolerance(tolerance);
+        let mut simulation = simulation.with_solver(&tolerance).unwrap();
+        let state = moved_by(&mut simulation, &state, 1e-4, 40).0;
+        let qdd = simulation.accelerations().unwrap();
+        (simulation, state, qdd)
+    };
+    let options = options(PRECISIONS[2], 4, 0);
+    let gpu = Simulation::on_gpu(&device, model.clone(), &options).unwrap();
+    let (remote, reached, found) = run(gpu, tolerance);
+    assert!(remote.choice().on_gpu, "{}", remote.choice());
+    assert!(remote.achieved().unwrap().error <= tolerance);
+    let host = Simulation::new(model.clone()).unwrap();
+    let mut host = host
+        .with_solver(&SolverOptions::to_tolerance(1e-12))
+        .unwrap();
+    moved_by(&mut host, &state, 1e-4, 40);
+    host.set_state(reached).unwrap();
+    let exact = host.accelerations().unwrap();
+    let scale = largest(&exact);
+    for (a, b) in found.iter().zip(&exact) {
+        assert!((a - b).abs() <= tolerance * scale, "{a} and {b}");
+    }
+}
+
 /// A simulation that leaves the device for a tolerance takes along what was done there.
 #[test]
 fn work_is_taken_to_the_processor() {
     let Some(device) = device() else { return };
     let model = chain(8, 4);
-    for tolerance in [1e-9, 1e-14] {
+    for (tolerance, is_met) in [(1e-9, true), (1e-14, false)] {
         let options = options(PRECISIONS[2], 4, 0);
         let mut simulation = Simulation::on_gpu(&device, model.clone(), &options).unwrap();
         simulation.steps(1e-3, 3).unwrap();
@@ -324,7 +386,12 @@ fn work_is_taken_to_the_processor() {
         let expected = *there.elements().unwrap().work();
         let tolerance = SolverOptions::to_tolerance(tolerance);
         let mut simulation = simulation.with_solver(&tolerance).unwrap();
-        assert!(!simulation.choice().on_gpu, "{}", simulation.choice());
+        assert_eq!(
+            simulation.choice().on_gpu,
+            is_met,
+            "{}",
+            simulation.choice()
+        );
         let found = simulation.work().unwrap();
         let (a, b) = (found.springs, expected.springs);
         assert!(b != 0.0 && (a - b).abs() <= 1e-6 * b.abs(), "{a} and {b}");

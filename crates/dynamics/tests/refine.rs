@@ -2,13 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a failure is the test's")]
 
+use glam::DVec3;
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
 use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::{
-    DcaOptions, DcaWorkspace, Error, Forces, Precision, Solved, Workspace, Wrench, aba, dca,
-    forward_error, joint_wrenches, refine, residual,
+    DcaOptions, DcaWorkspace, Error, Forces, Precision, Solved, Workspace, Wrench, aba,
+    check_accelerations, dca, forward_error, joint_wrenches, refine, residual,
 };
+use vertebra_spatial::Pose;
 
 fn inputs(model: &Model, seed: u64) -> (State, Forces) {
     let mut forces = Forces::none(model);
@@ -310,6 +312,74 @@ fn equations_without_terms_leave_no_more_than_all_of_them() {
         }
     }
     assert!(largest > 0.0);
+}
+
+/// What is left of bodies that only fall is rounding of their weights, which their accelerations are without; and of a wrong
+/// answer what is wrong with it.
+#[test]
+fn what_falls_is_measured_by_its_weight() {
+    let rod = MassProperties::rod(1.0, 1.0, 0.05).placed(&Pose::from_translation(DVec3::X));
+    let kite = ModelDescription::new("kite")
+        .body("frame", None, Joint::free(), MassProperties::MASSLESS)
+        .body("rod", Some("frame"), Joint::fixed(), rod)
+        .build()
+        .unwrap();
+    let forests = (0..8).map(|seed| {
+        let shape = RandomTree {
+            reach: 1 + 2 * (seed as usize % 3),
+            articulations: 1 + seed as usize % 4,
+            floating: true,
+            ..RandomTree::mixed(60)
+        };
+        generate::random_tree(&shape, seed).unwrap()
+    });
+    for model in forests.chain([kite]) {
+        let mut state = State::random(&model, 3);
+        state.qd.fill(0.0);
+        let forces = Forces::none(&model);
+        let bound = |epsilon: f64| 64.0 * epsilon * model.depth() as f64;
+        for (chunks, joins) in [
+            (Precision::F32, Precision::F32),
+            (Precision::F64, Precision::F32),
+            (Precision::F64, Precision::F64),
+        ] {
+            let mut recursion = Workspace::new(&model, chunks);
+            aba(&model, &state, &forces, &mut recursion).unwrap();
+            joint_wrenches(&mut recursion).unwrap();
+            let left = residual(&model, &state, &forces, &recursion).unwrap();
+            let mut joined = tree(&model, chunks, joins, 4);
+            dca(&model, &state, &forces, &mut joined).unwrap();
+            let of_joined = refine(&forces, &mut joined).unwrap().residual;
+            let of_recursion = refine(&forces, &mut recursion).unwrap().residual;
+            for (found, epsilon) in [
+                (left.by_body, chunks.epsilon()),
+                (of_recursion, chunks.epsilon()),
+                (of_joined, joins.epsilon()),
+            ] {
+                let name = model.name();
+                assert!(
+                    found <= bound(epsilon),
+                    "{name}, {chunks}: {left:?}, {found:e}"
+                );
+            }
+        }
+        let mut workspace = Workspace::new(&model, Precision::F64);
+        let exact = aba(&model, &state, &forces, &mut workspace)
+            .unwrap()
+            .to_vec();
+        let root = model.bodies()[0].dof_range();
+        for size in [1e-8, 1e-4, 1e-2] {
+            let mut planted = exact.clone();
+            for qdd in &mut planted[root.clone()] {
+                *qdd *= 1.0 + size;
+            }
+            let found =
+                check_accelerations(&model, &state, &forces, &planted, &mut workspace).unwrap();
+            // A weight of which all entries are alike is 1.7 times as large as these; momentum sums up along a run.
+            let part = found.residual / size;
+            assert!((0.1..=100.0).contains(&part), "{size:e}: {found:?}");
+        }
+    }
 }
 
 /// What a correction changes is the error there was, to a tenth, as long as that is more than rounding: of solutions

@@ -413,7 +413,7 @@ fn balanced_loads_are_what_errors_are_measured_by() {
     }
 }
 
-/// Of a figure that only falls all terms of the equations cancel: what is left of them is large beside them, and no reason to refuse.
+/// Of a figure that only falls all terms of the equations but weights cancel: what is left of them is no reason to refuse.
 #[test]
 fn falling_bodies_meet_a_tolerance() {
     let off = Pose::from_translation(DVec3::new(0.2, -0.1, 0.3));

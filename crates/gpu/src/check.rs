@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Problem, Shortfall};
 use crate::kernel::Access;
-use crate::recording::{AnySlot, Command, Declaration, Dispatch, Groups, Recording, Slot};
+use crate::recording::{AnySlot, Command, Declaration, Dispatch, Extent, Groups, Recording, Slot};
 
 impl Recording {
     /// Checks everything that a device with these limits and features would refuse: sizes,
@@ -71,14 +71,13 @@ impl<'a> Checker<'a> {
     /// All that is downloaded goes into one buffer.
     fn downloads(&mut self) {
         let status = self.recording.status.map(Slot::any);
-        let mut slots: Vec<AnySlot> = self.recording.downloads().map(|(_, slot)| slot).collect();
-        slots.extend(status.filter(|status| !slots.contains(status)));
-        let bytes = slots.iter().filter_map(|slot| {
-            let declaration = self.recording.declaration(*slot);
-            declaration.map(Declaration::bytes)
-        });
-        let bytes = bytes.fold(0, u64::saturating_add);
-        if slots.len() > 1 {
+        let downloads = self.recording.downloads();
+        let own = downloads.filter(|(_, slot, _)| Some(*slot) != status);
+        let mut sizes: Vec<u64> = own.map(|(.., [start, end])| end - start).collect();
+        let status = status.and_then(|status| self.recording.declaration(status));
+        sizes.extend(status.map(Declaration::bytes));
+        let bytes = sizes.iter().copied().fold(0, u64::saturating_add);
+        if sizes.len() > 1 {
             let what = || "what is downloaded, together,".to_owned();
             self.limit(what, "max_buffer_size", bytes, self.limits.max_buffer_size);
         }
@@ -115,8 +114,14 @@ impl<'a> Checker<'a> {
                 self.find(&name, *slot);
                 self.keeps_status(&name, *slot);
             }
-            Command::Download(slot) => {
-                self.find(&format!("download {number}"), *slot);
+            Command::Download(slot, extent) => {
+                let name = format!("download {number}");
+                match *extent {
+                    Extent::Whole => {
+                        self.find(&name, *slot);
+                    }
+                    Extent::Part(_, end) => self.holds(&name, *slot, end),
+                }
             }
             Command::Dispatch(dispatch) => self.dispatch(number, dispatch),
         }

@@ -114,9 +114,14 @@ impl<'a> Run<'a> {
                 encoder.copy_buffer_to_buffer(from, 0, to, 0, *bytes);
             }
             Step::Clear(buffer) => encoder.clear_buffer(buffer, 0, None),
-            Step::Download { from, at, bytes } => {
+            Step::Download {
+                from,
+                first,
+                at,
+                bytes,
+            } => {
                 if let Some(results) = self.results {
-                    encoder.copy_buffer_to_buffer(from, 0, results, *at, *bytes);
+                    encoder.copy_buffer_to_buffer(from, *first, results, *at, *bytes);
                 }
             }
             Step::Pass(_) => {}

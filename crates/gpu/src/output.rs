@@ -49,7 +49,7 @@ impl Output {
         })
     }
 
-    /// What a buffer held where it was downloaded last.
+    /// What a buffer, or the part that was asked for, held where it was downloaded last.
     ///
     /// # Errors
     /// [`Error::WrongBuffer`] when the recording does not download it, or the slot is another's.
@@ -140,14 +140,14 @@ impl Output {
             buffer: recording.name_of(slot).to_owned(),
             reason,
         };
-        let Some(declaration) = recording.declaration(slot) else {
+        if recording.declaration(slot).is_none() {
             return Err(wrong("the slot belongs to another recording"));
-        };
+        }
         let mut downloads = self.layout.downloads.iter();
         let found = (|| {
-            let (_, first) = downloads.find(|(downloaded, _)| *downloaded == slot)?;
+            let (_, first, size) = downloads.find(|(downloaded, ..)| *downloaded == slot)?;
             let first = usize::try_from(*first).ok()?;
-            let end = first.checked_add(usize::try_from(declaration.bytes()).ok()?)?;
+            let end = first.checked_add(usize::try_from(*size).ok()?)?;
             match self.view.as_deref() {
                 Some(view) => view.get(first..end),
                 // Nothing but empty buffers is downloaded.

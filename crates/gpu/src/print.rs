@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::kernel::Access;
-use crate::recording::{AnySlot, Command, Dispatch, Groups, Recording};
+use crate::recording::{AnySlot, Command, Dispatch, Extent, Groups, Recording};
 
 impl fmt::Display for Recording {
     /// One line a buffer, one line a command.
@@ -35,7 +35,13 @@ impl fmt::Display for Recording {
                     writeln!(f, "copy {} to {}", self.name_of(*from), self.name_of(*to))?;
                 }
                 Command::Clear(slot) => writeln!(f, "clear {}", self.name_of(*slot))?,
-                Command::Download(slot) => writeln!(f, "download {}", self.name_of(*slot))?,
+                Command::Download(slot, extent) => {
+                    write!(f, "download ")?;
+                    if let Extent::Part(start, end) = extent {
+                        write!(f, "bytes {start} to {end} of ")?;
+                    }
+                    writeln!(f, "{}", self.name_of(*slot))?;
+                }
                 Command::Dispatch(dispatch) => self.print_dispatch(f, dispatch)?,
             }
         }

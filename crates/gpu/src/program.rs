@@ -32,8 +32,8 @@ pub struct Program {
 #[derive(Debug)]
 pub(crate) struct Layout {
     pub(crate) recording: Recording,
-    /// Slot and first byte of each download.
-    pub(crate) downloads: Vec<(AnySlot, u64)>,
+    /// Slot, first byte and size of each download.
+    pub(crate) downloads: Vec<(AnySlot, u64, u64)>,
     /// First byte of the ticks.
     pub(crate) ticks: u64,
     /// All of it \[byte\].
@@ -52,6 +52,8 @@ pub(crate) enum Step {
     Clear(wgpu::Buffer),
     Download {
         from: wgpu::Buffer,
+        /// First byte of what is downloaded, and where it goes.
+        first: u64,
         at: u64,
         bytes: u64,
     },
@@ -102,9 +104,11 @@ impl Program {
         let mut downloads = Vec::new();
         let mut bytes = 0;
         for (number, command) in recording.commands.iter().enumerate() {
-            if let Some((_, slot)) = counting.next_if(|(counts, _)| *counts == number) {
-                downloads.push((slot, bytes));
-                bytes += builder.download(slot, bytes);
+            if let Some((_, slot, part)) = counting.next_if(|(counts, ..)| *counts == number) {
+                let size = part[1] - part[0];
+                builder.download(slot, part[0], (bytes, size));
+                downloads.push((slot, bytes, size));
+                bytes += size;
             } else {
                 builder.command(command)?;
             }
@@ -251,21 +255,20 @@ impl Builder<'_> {
             },
             Command::Clear(slot) => Step::Clear(self.buffer(*slot)),
             // One that does not count: there is another of the same buffer later.
-            Command::Download(_) => return Ok(()),
+            Command::Download(..) => return Ok(()),
         };
         self.steps.push(step);
         Ok(())
     }
 
-    /// Its size \[byte\].
-    fn download(&mut self, slot: AnySlot, at: u64) -> u64 {
-        let bytes = self.bytes(slot);
+    /// From its first byte on to a place for so many.
+    fn download(&mut self, slot: AnySlot, first: u64, (at, bytes): (u64, u64)) {
         self.steps.push(Step::Download {
             from: self.buffer(slot),
+            first,
             at,
             bytes,
         });
-        bytes
     }
 
     fn bind(&self, dispatch: &Dispatch) -> Result<Bound, Error> {

@@ -1,6 +1,7 @@
 //! Recordings: a list of commands over named buffers, as data.
 
 use std::marker::PhantomData;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -85,6 +86,14 @@ pub struct Stage {
     pub(crate) bit: u8,
 }
 
+/// How much of a buffer is downloaded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Extent {
+    Whole,
+    /// From this byte to that.
+    Part(u64, u64),
+}
+
 /// How many workgroups a dispatch has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Groups {
@@ -99,7 +108,7 @@ pub(crate) enum Command {
     Copy { from: AnySlot, to: AnySlot },
     Clear(AnySlot),
     Dispatch(Box<Dispatch>),
-    Download(AnySlot),
+    Download(AnySlot, Extent),
 }
 
 #[derive(Clone, Debug)]
@@ -231,7 +240,14 @@ impl Recording {
     /// Makes the content that a buffer has here readable after the run. Of several downloads of a
     /// buffer the last counts.
     pub fn download<T>(&mut self, slot: Slot<T>) {
-        self.commands.push(Command::Download(slot.any));
+        (self.commands).push(Command::Download(slot.any, Extent::Whole));
+    }
+
+    /// The same of some of its elements: those are then what is read of it.
+    pub fn download_part<T>(&mut self, slot: Slot<T>, elements: Range<usize>) {
+        let at = |element: usize| (element as u64).saturating_mul(size_of::<T>() as u64);
+        let part = Extent::Part(at(elements.start), at(elements.end.max(elements.start)));
+        self.commands.push(Command::Download(slot.any, part));
     }
 
     /// Puts a name before the labels of the dispatches that `record` adds.
@@ -289,14 +305,18 @@ impl Recording {
         declared.is_some_and(|(id, _)| *id == stage.id)
     }
 
-    /// Number and buffer of the downloads that count.
-    pub(crate) fn downloads(&self) -> impl Iterator<Item = (usize, AnySlot)> {
+    /// Number, buffer, and first and last byte of the downloads that count.
+    pub(crate) fn downloads(&self) -> impl Iterator<Item = (usize, AnySlot, [u64; 2])> {
         let commands = self.commands.iter().enumerate();
         commands.filter_map(|(number, command)| match command {
-            Command::Download(slot) => {
-                let again = |c: &Command| matches!(c, Command::Download(later) if later == slot);
+            Command::Download(slot, extent) => {
+                let again = |c: &Command| matches!(c, Command::Download(later, _) if later == slot);
                 let counts = !self.commands[number + 1..].iter().any(again);
-                counts.then_some((number, *slot))
+                let bytes = match *extent {
+                    Extent::Whole => [0, self.declaration(*slot).map_or(0, Declaration::bytes)],
+                    Extent::Part(start, end) => [start, end],
+                };
+                counts.then_some((number, *slot, bytes))
             }
             _ => None,
         })

@@ -130,6 +130,30 @@ fn each_limit_is_checked_to_the_unit() {
     }
 }
 
+/// Of a part of a buffer the part counts, which has to be within it.
+#[test]
+fn parts_are_downloaded_by_themselves() {
+    let mut recording = Recording::new("parts");
+    let values = recording.buffer::<u32>("values", 100);
+    let others = recording.buffer::<u32>("others", 100);
+    recording.download_part(values, 90..100);
+    recording.download_part(others, 0..5);
+    let limits = Limits {
+        max_buffer_size: 400,
+        ..Limits::default()
+    };
+    assert!(recording.check(&limits, Features::empty()).is_ok());
+    assert!(
+        recording
+            .to_string()
+            .contains("download bytes 360 to 400 of values")
+    );
+    recording.download_part(values, 90..101);
+    let refused = problems(&recording, &limits, Features::empty());
+    let texts: Vec<String> = refused.iter().map(Problem::to_string).collect();
+    assert_eq!(texts, ["download 2: `values` has 400 bytes, not 404"]);
+}
+
 /// Downloads share one buffer, and the status word is among them; a second download of a buffer
 /// replaces the first.
 #[test]

@@ -153,14 +153,16 @@ impl<'a, T: Real> Equations<'a, T> {
         Some(above.shifted(places[slot].offset))
     }
 
-    /// j, and the largest part of its terms that it is.
+    /// j, and the largest part of its terms that it is, the acceleration of gravity among them.
     fn jump(&self, slot: usize, above: Motion<T>) -> (Motion<T>, f64) {
         let a = self.accelerations[slot];
         let carried = above + self.places.bodies[slot].bias_acceleration;
         let size = Size::of_motion(a).or(Size::of_motion(carried));
         let matched = carried + across(self.plan, &self.places.columns, self.driving.qdd, slot);
         let jump = matched - a;
-        let size = size.or(Size::of_motion(matched));
+        let size = size
+            .or(Size::of_motion(matched))
+            .or(Size::of_motion(self.base));
         (jump, size.left(Size::of_motion(jump)))
     }
 }
@@ -225,7 +227,8 @@ impl<T: Real> Balance<'_, T> {
         let mut size =
             (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
         // What the next body takes may be all there is.
-        self.worst = self.worst.and(size.leaving(rest));
+        let beside = size.or_weight(plan.least_forces[slot]);
+        self.worst = self.worst.and(beside.leaving(rest));
         if self.equations.loads == Loads::Rounding {
             size = size.or(Size::of_force(self.taken));
             rest = size.or(Size::of_turning(&placed.inertia, a)).rounding(slot);
@@ -250,6 +253,7 @@ impl<T: Real> Balance<'_, T> {
         let [end, _] = self.equations.ends[self.chunk];
         let rest = end - half - self.taken;
         let size = (Size::of_force(end).or(Size::of_force(half))).or(Size::of_force(self.taken));
+        let size = size.or_weight(plan.least_forces[cut]);
         self.worst = self.worst.and(size.left(Size::of_force(rest)));
         match self.equations.loads {
             Loads::Left | Loads::Settled => rest + self.equations.evening[self.chunk][0],

@@ -6,6 +6,7 @@
 //! constants of the joints beyond are shifted accordingly once and for all.
 
 use super::leaf::outboard;
+use crate::balance::least_forces;
 use crate::link::{BodyFrame, Link};
 use vertebra_assembly::schedule::{Node, NodeId, Schedule};
 use vertebra_assembly::{Body, Model};
@@ -160,6 +161,8 @@ pub(crate) struct Plan<T> {
     pub(crate) frames: Vec<BodyFrame<T>>,
     /// Whether a slot's handle point is its centre of mass.
     pub(crate) at_center: Vec<bool>,
+    /// By no less than these what is left of each slot's equations is measured.
+    pub(crate) least_forces: Vec<T>,
     /// Start of each slot's freedoms, one entry more than slots.
     pub(crate) dofs: Vec<u32>,
     /// Each freedom's place in the model's order.
@@ -248,12 +251,16 @@ impl<T: Real> Plan<T> {
         for (slot, &body) in (0..).zip(&bodies) {
             slots[body as usize] = slot;
         }
+        let least = least_forces(model);
+        let least_forces = bodies.iter().map(|&body| T::from_f64(least[body as usize]));
+        let least_forces = least_forces.collect();
         let mut plan = Self {
             bodies,
             slots,
             links: Vec::new(),
             frames: Vec::new(),
             at_center: vec![false; order.len()],
+            least_forces,
             dofs: vec![0],
             model_dofs: Vec::new(),
             chunks: Vec::new(),

@@ -27,8 +27,8 @@ pub(super) struct Ball {
     /// About the inertia that it moves.
     #[cfg(feature = "gpu")]
     pub(super) moved: f64,
-    rubs: Round,
-    drives: Round,
+    pub(super) rubs: Round,
+    pub(super) drives: Round,
     pub(super) bounds: Vec<Bound>,
 }
 
@@ -67,7 +67,7 @@ pub(super) struct Bound {
     pub(super) ends: Ends,
     /// How fast the coordinate changes with the rate about each axis.
     gradient: Vec3<f64>,
-    taken: Taken,
+    pub(super) taken: Taken,
 }
 
 impl Coordinate {

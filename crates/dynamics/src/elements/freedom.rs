@@ -28,8 +28,8 @@ pub(super) struct Freedom {
     pub(super) effort: f64,
     /// Of motor and friction in the step at hand, and the parts of them that are taken.
     laws: [Law; 2],
-    parts: [Part; 2],
-    stops: Taken,
+    pub(super) parts: [Part; 2],
+    pub(super) stops: Taken,
 }
 
 impl Freedom {

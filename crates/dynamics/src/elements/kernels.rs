@@ -3,12 +3,38 @@
 use super::Elements;
 use super::ball::{Ball, Coordinate};
 use super::freedom::Freedom;
+use super::law::Part;
 use crate::link::Scales;
 use vertebra_assembly::{Model, Stop};
 use vertebra_shaders::dca::{BALL_ROWS, ELEMENT_ROWS, WORKS};
 
 /// Rows of a body.
 pub(crate) type Rows = [[f64; 4]; ELEMENT_ROWS + BALL_ROWS];
+
+/// Which parts of their laws kernels are on, as they have them: numbers of four by the places of freedoms. Nothing where none has
+/// a bound.
+#[derive(Debug, Default)]
+pub(crate) struct Parts<'a> {
+    /// Where each freedom of the model's stands among them.
+    pub(crate) places: &'a [u32],
+    pub(crate) single: Vec<f64>,
+    pub(crate) balls: Vec<f64>,
+}
+
+/// A law's part in a word of them.
+const fn part_at(word: u32, place: u32) -> Part {
+    match word >> place & 3 {
+        1 => Part::Least,
+        2 => Part::Most,
+        _ => Part::Slope,
+    }
+}
+
+/// A word that is kept as a number.
+#[expect(clippy::cast_possible_truncation, reason = "words of nine bits")]
+const fn word_of(number: f64) -> u32 {
+    number as u32
+}
 
 /// Stands for a bound where there is none, in any precision.
 const BOUNDLESS: f64 = 1e37;
@@ -110,6 +136,28 @@ impl Elements {
         of_freedoms || of_balls
     }
 
+    /// Takes the parts of laws that kernels are on.
+    pub(super) fn take_parts(&mut self, parts: &Parts<'_>) {
+        let (single, _) = parts.single.as_chunks::<4>();
+        for &index in &self.active {
+            let freedom = &mut self.freedoms[index as usize];
+            let place = parts.places[freedom.dof] as usize;
+            if let Some(&[_, _, word, _]) = single.get(place) {
+                freedom.take_parts(word_of(word));
+            }
+        }
+        let (of_balls, _) = parts.balls.as_chunks::<4>();
+        for &index in &self.active_balls {
+            let ball = &mut self.balls[index as usize];
+            let place = parts.places[ball.dof] as usize;
+            if let Some(&[stops, motor, friction]) =
+                of_balls.get(place..).and_then(<[_]>::first_chunk)
+            {
+                ball.take_parts(word_of(stops[3]), [motor[0], friction[0]]);
+            }
+        }
+    }
+
     /// Adds what sums of work by freedoms, one kind after the other in the model's units, have become more than
     /// they were, if they were any.
     pub(crate) fn add_works(&mut self, sums: &[f64], before: &[f64]) {
@@ -163,6 +211,11 @@ impl Freedom {
         ]
     }
 
+    fn take_parts(&mut self, word: u32) {
+        self.parts = [part_at(word, 0), part_at(word, 2)];
+        self.stops.part = part_at(word, 4);
+    }
+
     fn motor_numbers(&self, factors: &Factors) -> [f64; 5] {
         let motor = &self.motor;
         let limit = motor.limit.min(self.effort) * factors.force;
@@ -207,6 +260,14 @@ impl Ball {
             }
         }
         rows
+    }
+
+    fn take_parts(&mut self, word: u32, [motor, friction]: [f64; 2]) {
+        self.drives.share = motor;
+        self.rubs.share = friction;
+        for (bound, place) in self.bounds.iter_mut().zip([0, 4]) {
+            bound.taken.part = part_at(word, place);
+        }
     }
 
     fn motor_numbers(&self, factors: &Factors) -> [[f64; 3]; 5] {

@@ -41,7 +41,7 @@ mod round;
 mod stop;
 
 #[cfg(feature = "gpu")]
-pub(crate) use kernels::Rows;
+pub(crate) use kernels::{Parts, Rows};
 pub use motor::{Motor, SphericalMotor};
 
 use crate::{Error, Forces, Integrator, Solver};
@@ -281,13 +281,39 @@ impl Elements {
     /// # Errors
     /// [`Error`] if state or forces do not fit the model, or the step is negative.
     pub fn load(&mut self, state: &State, forces: &Forces, h: f64) -> Result<&Forces, Error> {
+        self.begin_load(state, forces, h, f64::EPSILON)?;
+        self.gather(state, forces, h, f64::EPSILON);
+        Ok(&self.loaded)
+    }
+
+    /// The same of a step whose laws are on parts that a device has found, with solutions rounded to `epsilon`.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn load_on(
+        &mut self,
+        parts: &Parts<'_>,
+        state: &State,
+        forces: &Forces,
+        (h, epsilon): (f64, f64),
+    ) -> Result<&Forces, Error> {
+        self.begin_load(state, forces, h, epsilon)?;
+        self.take_parts(parts);
+        self.gather(state, forces, h, epsilon);
+        Ok(&self.loaded)
+    }
+
+    fn begin_load(
+        &mut self,
+        state: &State,
+        forces: &Forces,
+        h: f64,
+        epsilon: f64,
+    ) -> Result<(), Error> {
         state.check(&self.model)?;
         forces.check(&self.model)?;
         self.check_step(h)?;
         self.loaded.set_external(forces);
-        self.begin(state, h, f64::EPSILON);
-        self.gather(state, forces, h, f64::EPSILON);
-        Ok(&self.loaded)
+        self.begin(state, h, epsilon);
+        Ok(())
     }
 
     /// The forces and inertias of the last solution.
@@ -384,12 +410,8 @@ impl Elements {
         forces: &Forces,
         h: f64,
     ) -> Result<&[f64], Error> {
-        self.check_step(h)?;
-        state.check(&self.model)?;
-        forces.check(&self.model)?;
         let epsilon = solver.choice().tree.epsilon();
-        self.loaded.set_external(forces);
-        self.begin(state, h, epsilon);
+        self.begin_load(state, forces, h, epsilon)?;
         self.solutions = 0;
         loop {
             self.gather(state, forces, h, epsilon);
@@ -521,9 +543,10 @@ fn turned(ball: &Ball, state: &State, h: f64, epsilon: f64) -> Turned {
 }
 
 /// By what a hard stop exceeds the inertia that it stops, where solutions are rounded to epsilon, and rates to that of f64 at
-/// least: a firmer stop would make forces, and work, of their rounding.
+/// least: a firmer stop would make forces, and work, of their rounding. A number that f32 holds, as which kernels are given it.
+#[expect(clippy::cast_possible_truncation, reason = "to be rounded")]
 fn firmness(epsilon: f64) -> f64 {
-    0.1 / epsilon.max(f64::EPSILON).sqrt()
+    f64::from((0.1 / epsilon.max(f64::EPSILON).sqrt()) as f32)
 }
 
 #[cfg(test)]

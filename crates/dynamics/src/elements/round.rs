@@ -21,7 +21,7 @@ pub(super) struct Round {
     at: Vec3<f64>,
     slope: f64,
     limit: f64,
-    share: f64,
+    pub(super) share: f64,
     /// 1 / m.
     mobility: f64,
     /// Share and |u| of the solution before, in this step.

@@ -30,8 +30,7 @@ impl Loops {
         forces: &Forces,
         ladder: &mut Ladder,
     ) -> Result<&[f64], Error> {
-        let push = largest_push(model, forces);
-        let least = least_acceleration(model, &self.scales, &state.qd, push);
+        let least = self.least(model, state, forces);
         ladder.solve(model, state, forces)?;
         if let Some(method) = ladder.method() {
             self.constrain(model, state, method)?;
@@ -42,12 +41,10 @@ impl Loops {
             let solved = ladder.solve(model, state, held)?;
             self.take_accelerations(model, state, solved);
             residual = self.left();
-            self.demand();
-            self.spread.copy_from_slice(&self.qdd);
+            let mut change = 0.0;
             if let Some(method) = ladder.method() {
-                self.settle(method, ITERATIONS);
+                change = self.correct(method, least);
             }
-            let change = self.changed(least);
             if change > 0.5 * before {
                 // Not one digit is known.
                 error = 1.0;
@@ -64,6 +61,37 @@ impl Loops {
         }
         ladder.add(residual, error)?;
         self.accelerations(model, state)
+    }
+
+    /// How far off accelerations are that a tree has under the forces of the last solution: what a correction of these by the factors
+    /// at hand changes, and what rounding of the loops' equations leaves of it.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn error(
+        &mut self,
+        model: &Model,
+        state: &State,
+        forces: &Forces,
+        (qdd, method): (&[f64], &mut Method),
+    ) -> f64 {
+        let least = self.least(model, state, forces);
+        self.take_accelerations(model, state, qdd);
+        let change = self.correct(method, least);
+        change.max(NOISE * self.rounding(method, least))
+    }
+
+    /// Corrects the forces, and the accelerations that a tree has under them: by how much, as part of the largest and of no less
+    /// than `least` [rad/s^2 or m/s^2].
+    fn correct(&mut self, method: &mut Method, least: f64) -> f64 {
+        self.demand();
+        self.spread.copy_from_slice(&self.qdd);
+        self.settle(method, ITERATIONS);
+        self.changed(least)
+    }
+
+    /// The least acceleration that errors are measured by.
+    fn least(&self, model: &Model, state: &State, forces: &Forces) -> f64 {
+        let push = largest_push(model, forces);
+        least_acceleration(model, &self.scales, &state.qd, push)
     }
 
     /// What the rounding of the loops' equations, which are in f64 whatever solves the tree, leaves of accelerations: the

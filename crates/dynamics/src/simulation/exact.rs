@@ -2,16 +2,12 @@
 //! next dearer ones where they do not.
 //!
 //! A correction on a device takes out what its joins have rounded and what uneven masses cost inside its chunks
-//! (`docs/gpu.md`); how large it was, the device does not say. The error is measured where
-//! nothing of the device takes part: its accelerations are corrected by the articulated-body algorithm on the
-//! processor, in f64, twice. The first change is the error but for that of the correction, which is the second; and
-//! neither is less than what the rounding of the bodies' own equations leaves (`tolerance.rs`).
+//! (`docs/gpu.md`); how large it was, the device does not say. The error is measured where nothing of the device takes
+//! part (`judge.rs`).
 
-use crate::tolerance::{NOISE, ROUNDING};
-use crate::{
-    Achieved, Algorithm, Error, Forces, Precision, Workspace, check_accelerations, cost, gpu,
-    refine,
-};
+use super::judge::Judge;
+use crate::tolerance::ROUNDING;
+use crate::{Achieved, Algorithm, Error, Forces, Precision, Refinement, cost, gpu};
 use vertebra_assembly::{Model, State};
 
 /// Steps between two measurements of the error: one takes about as long as eight steps of 2048 bodies on an H100.
@@ -158,23 +154,23 @@ impl Exact {
     /// Measures the error of accelerations of the rung in use; says whether the tolerance is met.
     pub(super) fn measure(
         &mut self,
-        (model, state, forces): (&Model, &State, &Forces),
+        problem: (&Model, &State, &Forces),
         qdd: &[f64],
-        workspace: &mut Workspace,
+        judge: &mut Judge,
     ) -> Result<bool, Error> {
         let Some(rung) = self.rung() else {
             return Ok(false);
         };
-        let found = check_accelerations(model, state, forces, qdd, workspace)?;
-        let beyond = refine(forces, workspace)?.change;
-        let rounding = NOISE * workspace.response_to_rounding(forces)?;
-        let error = (found.change + beyond).max(rounding).max(f64::EPSILON);
+        let Refinement {
+            residual,
+            change: error,
+        } = judge.measure(problem, qdd)?;
         self.achieved = Some(Achieved {
             algorithm: Algorithm::Dca,
             precision: rung.chunks,
             tree: rung.tree,
             sweeps: u32::try_from(rung.sweeps).unwrap_or(u32::MAX),
-            residual: found.residual,
+            residual,
             error,
         });
         self.left = EVERY;
@@ -186,6 +182,7 @@ impl Exact {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Workspace;
     use vertebra_assembly::generate::{self, Rod};
 
     /// Cheap where that is enough; none where f64 is not.
@@ -222,6 +219,7 @@ mod tests {
         let (state, forces) = (State::random(&model, 2), Forces::none(&model));
         let mut workspace = Workspace::new(&model, Precision::F64);
         let qdd = (crate::aba(&model, &state, &forces, &mut workspace).unwrap()).to_vec();
+        let mut judge = Judge::new(&model).unwrap();
         for climbed in [1, 0] {
             let dearer = exact.rung();
             if climbed == 1 {
@@ -230,7 +228,7 @@ mod tests {
             for _ in 0..RETRY {
                 assert!(!exact.descend());
                 let problem = (&model, &state, &forces);
-                assert!(exact.measure(problem, &qdd, &mut workspace).unwrap());
+                assert!(exact.measure(problem, &qdd, &mut judge).unwrap());
                 exact.count(EVERY);
             }
             assert_eq!(exact.descend(), climbed == 1);

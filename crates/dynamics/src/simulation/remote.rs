@@ -2,10 +2,9 @@
 
 use super::exact::Exact;
 use super::host::Host;
-use crate::loops::refuse_loops;
+use super::judge::Judge;
 use crate::{
-    Achieved, Algorithm, Choice, Elements, Error, Forces, Integrator, Monitor, Precision, Solver,
-    SolverOptions, Workspace, check_accelerations, gpu,
+    Achieved, Algorithm, Choice, Error, Forces, Integrator, Monitor, Solver, SolverOptions, gpu,
 };
 use vertebra_assembly::{Model, State};
 use vertebra_gpu::wgpu::Features;
@@ -32,8 +31,8 @@ pub(super) struct Remote {
     pub(super) forces_changed: bool,
     /// How a tolerance is met, if one was asked for.
     exact: Option<Box<Exact>>,
-    /// In which the device's accelerations are checked, once they are.
-    checks: Option<Box<Workspace>>,
+    /// What the device's accelerations are held against, once they are.
+    judge: Option<Box<Judge>>,
     /// What answers questions about loops in one state, once there was one.
     host: Option<Box<Host>>,
 }
@@ -56,13 +55,13 @@ impl Remote {
             is_ahead: false,
             forces_changed: false,
             exact: None,
-            checks: None,
+            judge: None,
             host: None,
         }
     }
 
     /// The same model with other precisions and chunks, in the neutral state; none where the device cannot be so
-    /// exact, or nothing could tell whether it is.
+    /// exact.
     pub(super) fn with_solver(
         &mut self,
         model: &Model,
@@ -86,8 +85,7 @@ impl Remote {
         };
         let has_f64 = self.device.features().contains(Features::SHADER_F64);
         let exact = Exact::new(model, has_f64, tolerance)?;
-        let elements = self.simulation.elements();
-        let (Some(rung), Ok(())) = (exact.rung(), check_measurable(model, elements)) else {
+        let Some(rung) = exact.rung() else {
             return Ok(None);
         };
         let simulation = (self.simulation).with_options(model, &rung.options(&own))?;
@@ -151,6 +149,7 @@ impl Remote {
     ) -> Result<(), Error> {
         self.simulation.set_integrator(integrator)?;
         self.take_forces(problem.forces)?;
+        self.simulation.check_step(h)?;
         let mut taken = 0;
         let failed = |step, source| Error::Step {
             step,
@@ -160,7 +159,7 @@ impl Remote {
         loop {
             let mut next = count - taken;
             if next > 0 {
-                self.check(problem, monitor)
+                self.check(problem, h, monitor)
                     .map_err(|source| failed(taken, source))?;
             }
             if let Some(monitor) = monitor {
@@ -205,7 +204,7 @@ impl Remote {
     /// The joint accelerations in the present state [rad/s^2 or m/s^2], to the tolerance if there is one.
     pub(super) fn accelerations(&mut self, problem: Problem<'_>) -> Result<Vec<f64>, Error> {
         self.take_forces(problem.forces)?;
-        self.meet(problem)
+        self.meet(problem, None)
     }
 
     fn take_forces(&mut self, forces: &Forces) -> Result<(), Error> {
@@ -216,25 +215,30 @@ impl Remote {
         Ok(())
     }
 
-    /// What is due before a step.
-    fn check(&mut self, problem: Problem<'_>, monitor: &mut Option<Monitor>) -> Result<(), Error> {
+    /// What is due before a step of `h` \[s\].
+    fn check(
+        &mut self,
+        problem: Problem<'_>,
+        h: f64,
+        monitor: &mut Option<Monitor>,
+    ) -> Result<(), Error> {
         if self.exact.as_ref().is_some_and(|exact| exact.is_due()) {
-            self.meet(problem)?;
+            self.meet(problem, Some(h))?;
         }
         let Some(monitor) = monitor.as_mut().filter(|monitor| monitor.is_due()) else {
             return Ok(());
         };
         let Problem { model, forces, .. } = problem;
-        check_measurable(model, self.simulation.elements())?;
-        let (state, qdd) = self.simulation.solved()?;
-        let workspace = checking(&mut self.checks, model);
-        let found = check_accelerations(model, &state, forces, &qdd, workspace)?;
+        let (state, qdd) = self.simulation.solved(Some(h))?;
+        let acting = self.simulation.acting(&state, forces, Some(h))?;
+        let judge = judging(&mut self.judge, model)?;
+        let found = judge.check((model, &state, acting), &qdd)?;
         monitor.record(state.time, found)
     }
 
     /// Accelerations that meet the tolerance, if there is one, by the rung in use or one that is dearer, which is
-    /// then used.
-    fn meet(&mut self, problem: Problem<'_>) -> Result<Vec<f64>, Error> {
+    /// then used: of a step, or without one as elements act now.
+    fn meet(&mut self, problem: Problem<'_>, step: Option<f64>) -> Result<Vec<f64>, Error> {
         let Problem { model, forces, .. } = problem;
         if self.exact.as_mut().is_some_and(|exact| exact.descend()) {
             self.take_rung(problem)?;
@@ -243,15 +247,11 @@ impl Remote {
             let Some(exact) = &mut self.exact else {
                 return self.simulation.accelerations();
             };
-            // A motor was set since: whether the tolerance is met only the processor can tell.
-            if check_measurable(model, self.simulation.elements()).is_err() {
-                return Err(exact.missed());
-            }
-            let refused = match self.simulation.solved() {
+            let refused = match self.simulation.solved(step) {
                 Ok((state, qdd)) => {
-                    let problem = (model, &state, forces);
-                    let workspace = checking(&mut self.checks, model);
-                    match exact.measure(problem, &qdd, workspace) {
+                    let acting = self.simulation.acting(&state, forces, step)?;
+                    let judge = judging(&mut self.judge, model)?;
+                    match exact.measure((model, &state, acting), &qdd, judge) {
                         Ok(true) => return Ok(qdd),
                         Ok(false) => None,
                         Err(error) => Some(error),
@@ -309,24 +309,13 @@ const fn is_of_precision(error: &Error) -> bool {
     )
 }
 
-/// The memory of checks, made when first asked for.
-fn checking<'a>(checks: &'a mut Option<Box<Workspace>>, model: &Model) -> &'a mut Workspace {
-    checks.get_or_insert_with(|| Box::new(Workspace::new(model, Precision::F64)))
-}
-
-/// Refuses what the processor's check of a device's accelerations would leave out.
-fn check_measurable(model: &Model, elements: Option<&Elements>) -> Result<(), Error> {
-    refuse_loops(
-        model,
-        "a check of accelerations on a GPU",
-        "simulate on `Device::cpu()`, or leave the monitor out",
-    )?;
-    if elements.is_some_and(|elements| !elements.is_idle()) {
-        return Err(unavailable(
-            "a check of accelerations of models with springs, rotors or motors",
-        ));
-    }
-    Ok(())
+/// What checks are made by, which takes its memory when first asked for.
+fn judging<'a>(judge: &'a mut Option<Box<Judge>>, model: &Model) -> Result<&'a mut Judge, Error> {
+    let made = match judge.take() {
+        Some(made) => made,
+        None => Box::new(Judge::new(model)?),
+    };
+    Ok(judge.insert(made))
 }
 
 const fn unavailable(what: &'static str) -> Error {

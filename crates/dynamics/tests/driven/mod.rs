@@ -113,11 +113,20 @@ pub(crate) fn moved(
     h: f64,
     count: usize,
 ) -> (State, Work) {
+    moved_by(&mut simulation, state, h, count)
+}
+
+pub(crate) fn moved_by(
+    simulation: &mut Simulation,
+    state: &State,
+    h: f64,
+    count: usize,
+) -> (State, Work) {
     let model = simulation.model().clone();
     simulation.set_state(state.clone()).unwrap();
-    drive(&mut simulation, &model, 1);
+    drive(simulation, &model, 1);
     simulation.steps(h, count).unwrap();
-    drive(&mut simulation, &model, 2);
+    drive(simulation, &model, 2);
     simulation.steps(h, count).unwrap();
     let work = simulation.work().unwrap();
     (simulation.state().unwrap().clone(), work)

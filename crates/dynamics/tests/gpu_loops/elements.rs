@@ -1,12 +1,12 @@
 //! What acts in joints between loops.
 
-use crate::driven::{assert_alike, chain, moved};
+use crate::driven::{assert_alike, chain, moved, moved_by};
 use crate::mechanisms::{closed, tie};
 use crate::remote::{PRECISIONS, device};
 use crate::{bound, largest, off, options};
 use glam::DVec3;
 use vertebra_assembly::{Closure, Model, State};
-use vertebra_dynamics::{Forces, Simulation};
+use vertebra_dynamics::{Forces, Monitor, Simulation};
 use vertebra_spatial::Pose;
 
 /// A chain with everything that acts in joints, which are also held by closures, gears and a hook in the world.
@@ -48,7 +48,7 @@ fn loaded() -> (Model, State) {
     closed(model, state)
 }
 
-/// Springs, dampers, friction, rotors, stops and motors act between loops as on the CPU.
+/// Springs, dampers, friction, rotors, stops and motors act between loops as on the CPU, and steps are checked with them.
 #[test]
 fn elements_act_between_loops() {
     let Some(device) = device() else { return };
@@ -65,9 +65,13 @@ fn elements_act_between_loops() {
         assert!(work != 0.0, "{:?}", expected.1);
     }
     let gpu = Simulation::on_gpu(&device, model, &options(PRECISIONS[2])).unwrap();
-    let found = moved(gpu, &state, 1e-3, 20);
     // Stops are met to the square root of what solutions are known to.
+    let mut gpu = gpu.with_monitor(Monitor::every(1, f64::EPSILON.sqrt()));
+    let found = moved_by(&mut gpu, &state, 1e-3, 20);
     assert_alike(&found, &expected, 1e-6, "between loops");
+    let monitor = gpu.monitor().unwrap();
+    let worst = monitor.worst();
+    assert_eq!((monitor.checks(), monitor.exceeded()), (40, 0), "{worst:?}");
 }
 
 /// And inertia of freedoms' own, in accelerations.

@@ -1,28 +1,60 @@
 //! What the processor answers.
 
-use crate::options;
 use crate::remote::{PRECISIONS, device};
+use crate::{largest, off, options};
 use vertebra_assembly::mechanism;
 use vertebra_dynamics::gpu::Options;
-use vertebra_dynamics::{Simulation, SolverOptions};
+use vertebra_dynamics::{Monitor, Simulation, SolverOptions};
 
-/// Tolerances of mechanisms are met by the processor.
+/// Tolerances of mechanisms are met by the device, or by the processor where it cannot be so exact.
 #[test]
-fn tolerances_are_the_processors() {
+fn tolerances_are_met() {
     let Some(device) = device() else { return };
     let (model, state) = mechanism::jansen_leg().unwrap();
-    for tolerance in [1e-6, 1e-14] {
+    let run = |simulation: Simulation, tolerance| {
         let tolerance = SolverOptions::to_tolerance(tolerance);
-        let host = Simulation::new(model.clone()).unwrap();
+        let mut simulation = simulation.with_solver(&tolerance).unwrap();
+        simulation.set_state(state.clone()).unwrap();
+        simulation.steps(1e-3, 3).unwrap();
+        simulation
+    };
+    for (tolerance, is_met) in [(1e-9, true), (1e-14, false)] {
         let remote = Simulation::on_gpu(&device, model.clone(), &Options::default()).unwrap();
-        let [mut host, mut remote] = [host, remote].map(|simulation| {
-            let mut simulation = simulation.with_solver(&tolerance).unwrap();
+        let mut remote = run(remote, tolerance);
+        let mut host = run(Simulation::new(model.clone()).unwrap(), 1e-14);
+        assert_eq!(remote.choice().on_gpu, is_met, "{}", remote.choice());
+        if is_met {
+            assert!(remote.achieved().unwrap().error <= tolerance);
+            host.set_state(remote.state().unwrap().clone()).unwrap();
+            let (exact, found) = (host.accelerations(), remote.accelerations());
+            let (exact, found) = (exact.unwrap(), found.unwrap());
+            assert!(off(&found, &exact) <= tolerance * largest(&exact));
+        } else {
+            assert_eq!(host.state().unwrap(), remote.state().unwrap());
+        }
+    }
+}
+
+/// Checks of accelerations that keep loops find errors as large as they are, and change nothing.
+#[test]
+fn mechanisms_are_watched() {
+    let Some(device) = device() else { return };
+    let (model, state) = mechanism::jansen_leg().unwrap();
+    for (precisions, largest) in [(PRECISIONS[1], 1e-3), (PRECISIONS[2], 1e-10)] {
+        let run = |tolerance: f64| {
+            let simulation = Simulation::on_gpu(&device, model.clone(), &options(precisions));
+            let monitor = Monitor::every(2, tolerance);
+            let mut simulation = simulation.unwrap().with_monitor(monitor);
             simulation.set_state(state.clone()).unwrap();
-            simulation.steps(1e-3, 3).unwrap();
+            simulation.steps(1e-3, 4).unwrap();
             simulation
-        });
-        assert!(!remote.choice().on_gpu, "{}", remote.choice());
-        assert_eq!(host.state().unwrap(), remote.state().unwrap());
+        };
+        let (mut watched, mut strict) = (run(largest), run(f64::EPSILON));
+        let monitor = watched.monitor().unwrap();
+        let worst = monitor.worst();
+        assert_eq!((monitor.checks(), monitor.exceeded()), (2, 0), "{worst:?}");
+        assert_eq!(strict.monitor().unwrap().exceeded(), 2, "{worst:?}");
+        assert_eq!(watched.state().unwrap(), strict.state().unwrap());
     }
 }
 

@@ -36,11 +36,15 @@ pub(super) const OPEN: &str = "open";
 pub(super) enum Task {
     /// So many steps, each of so many attempts at most where anything acts in joints, then all poses.
     Steps(Explicit, usize, u32),
-    /// Accelerations in the present state.
-    Accelerations,
+    /// Accelerations in the present state: in the first attempt of a step, or, where that is 0, under forces as they
+    /// are now.
+    Accelerations(u32),
     /// The kinematics of the state, which is then worked on.
     Restore,
     ReadState,
+    /// The parts of laws that solutions of steps are on, of joints of one freedom and of spherical ones.
+    ReadParts,
+    ReadBallParts,
     ReadPoses,
     ReadControl,
 }
@@ -264,11 +268,19 @@ impl<T: Scalar, L: Scalar> Engine<T, L> {
             Task::Steps(integrator, count, attempts) => {
                 recorder.steps(integrator, count, attempts);
             }
-            Task::Accelerations => recorder.solve(Advance::None, 0, 0),
+            Task::Accelerations(attempt) => recorder.solve(Advance::None, 0, attempt),
             Task::Restore => recorder.turn(Commit::Restore),
             Task::ReadState => {
                 recording.download(slots.state);
                 numbers = Some(slots.state);
+            }
+            Task::ReadParts => {
+                recording.download_part(slots.scratch, tables.parts_at());
+                fours = Some(slots.scratch);
+            }
+            Task::ReadBallParts => {
+                recording.download_part(slots.scratch, tables.ball_parts_at());
+                fours = Some(slots.scratch);
             }
             Task::ReadPoses => {
                 recording.download(slots.poses);
@@ -396,7 +408,8 @@ impl<T: Pod, L: Pod> Recorder<'_, T, L> {
             self.balls(balls::LOADS, attempt);
         }
         self.solve_closed(advance, stage, attempt);
-        if attempt > 0 {
+        // A question leaves the laws on the parts they are on.
+        if attempt > 0 && advance != Advance::None {
             self.balls(balls::FOLLOWS | balls::ACCOUNTS | balls::LOADS, attempt);
         }
     }

@@ -366,9 +366,10 @@ impl Simulation {
         Ok(self.accelerations_of(&numbers))
     }
 
-    /// The state and the joint accelerations in it, as [`accelerations`](Self::accelerations), read at once.
-    pub(crate) fn solved(&mut self) -> Result<(State, Vec<f64>), Error> {
-        self.solve()?;
+    /// The state and the joint accelerations in it, read at once: those of a step of `h` \[s\] whose laws are on the parts on which
+    /// the last one ended, or without one as [`accelerations`](Self::accelerations).
+    pub(crate) fn solved(&mut self, h: Option<f64>) -> Result<(State, Vec<f64>), Error> {
+        self.solve_in(h)?;
         let numbers = self.read_state()?;
         let state = self.transfer().state_of(&numbers, self.time);
         Ok((state, self.accelerations_of(&numbers)))
@@ -398,10 +399,18 @@ impl Simulation {
     /// # Errors
     /// As [`accelerations`](Self::accelerations).
     pub fn solve(&mut self) -> Result<(), Error> {
+        self.solve_in(None)
+    }
+
+    /// The same in a step.
+    fn solve_in(&mut self, step: Option<f64>) -> Result<(), Error> {
+        if let Some(h) = step {
+            self.set_step(h)?;
+        }
+        let task = Task::Accelerations(self.implicit_in(step)?);
         self.upload_motors()?;
         self.turn()?;
         let tables = &self.tables;
-        let task = Task::Accelerations;
         let pending = in_engine!(&mut self.engines, engine => engine.run(tables, task))?;
         match pending.wait() {
             Ok(output) => {

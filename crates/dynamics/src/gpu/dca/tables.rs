@@ -11,6 +11,7 @@ use super::order::{Joins, Order, Rakes, Seams};
 use crate::dca::plan::{Inboard, Outboard, Part, Plan, Raked};
 use crate::elements::Rows;
 use crate::link::Kind;
+use core::ops::Range;
 use glam::DQuat;
 use vertebra_assembly::Model;
 use vertebra_shaders::dca::{
@@ -373,16 +374,33 @@ impl Tables {
     pub(super) fn scratch_len(&self) -> usize {
         let s = &self.sizes;
         let of = |records: u32, each: usize| records as usize * each;
-        of(s.slots, 4)
-            + of(s.slots * s.carriers, 3)
-            + of(s.chunks, 3)
-            + of(s.joins, 6)
+        self.freedoms_at()
             + of(s.dofs, 4)
             + of(s.inners, 16)
             + of(s.leaves, 32)
             + of(s.rakes, 8)
             + self.kept_len()
             + self.ball_fours() as usize
+    }
+
+    /// Where those of freedoms begin in it, four arrays of one each.
+    fn freedoms_at(&self) -> usize {
+        let s = &self.sizes;
+        let of = |records: u32, each: usize| records as usize * each;
+        of(s.slots, 4) + of(s.slots * s.carriers, 3) + of(s.chunks, 3) + of(s.joins, 6)
+    }
+
+    /// Where it has the parts of laws, by freedoms: those of joints of one freedom are the third number of each four.
+    pub(super) fn parts_at(&self) -> Range<usize> {
+        let (first, dofs) = (self.freedoms_at(), self.dofs.len());
+        first + 3 * dofs..first + 4 * dofs
+    }
+
+    /// The same of spherical joints, in the fours of their three freedoms: the last number of the first are the parts of stops'
+    /// laws, the first of the others the shares of motor and friction.
+    pub(super) fn ball_parts_at(&self) -> Range<usize> {
+        let (first, dofs) = (self.sizes.balls as usize, self.dofs.len());
+        first + dofs..first + self.ball_fours() as usize
     }
 
     /// Numbers of four that corrections keep in it.

@@ -1,12 +1,12 @@
 //! What acts in the joints of a simulation on a GPU.
 
 use super::{Engines, Simulation};
-use crate::elements::PASSES;
+use crate::elements::{PASSES, Parts};
 use crate::gpu::Explicit;
 use crate::gpu::dca::Options;
 use crate::gpu::dca::engine::{JOINT_FORCES, Task};
 use crate::{Elements, Error, Forces, Motor, SphericalMotor, Work};
-use vertebra_assembly::{BodyId, Model};
+use vertebra_assembly::{BodyId, Model, State};
 use vertebra_gpu::Timing;
 use vertebra_shaders::dca::{DRIVEN_NUMBERS, MOST_ATTEMPTS, WORKS};
 
@@ -153,6 +153,43 @@ impl Simulation {
             Explicit::SemiImplicitEuler if elements.is_bounded() => MOST_ATTEMPTS,
             Explicit::SemiImplicitEuler => 1,
         })
+    }
+
+    /// Refuses a step that elements do not take.
+    pub(crate) fn check_step(&self, h: f64) -> Result<(), Error> {
+        self.attempts(h).map(drop)
+    }
+
+    /// The attempt as which a solution is made: the first one of a step that is implicit in elements, or none.
+    pub(super) fn implicit_in(&self, step: Option<f64>) -> Result<u32, Error> {
+        Ok(step.map_or(Ok(0), |h| self.attempts(h))?.min(1))
+    }
+
+    /// What acts in the solution that [`solved`](Self::solved) gave of this state, elements included, as the processor makes it of
+    /// the parts of their laws; these are read back for it where any has a bound.
+    pub(crate) fn acting<'a>(
+        &'a mut self,
+        state: &State,
+        forces: &'a Forces,
+        step: Option<f64>,
+    ) -> Result<&'a Forces, Error> {
+        let is_implicit = self.implicit_in(step)? > 0;
+        let is_bounded = self.elements.as_ref().is_some_and(|own| own.is_bounded());
+        let mut parts = Parts::default();
+        if is_implicit && is_bounded {
+            let tables = &self.tables;
+            parts.single =
+                in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadParts))?;
+            if tables.balls.is_some() {
+                parts.balls = in_engine!(&mut self.engines, engine => engine.read(tables, Task::ReadBallParts))?;
+            }
+        }
+        let Some(elements) = &mut self.elements else {
+            return Ok(forces);
+        };
+        parts.places = &self.tables.places;
+        let h = step.filter(|_| is_implicit).unwrap_or(0.0);
+        elements.load_on(&parts, state, forces, (h, self.precisions.1.epsilon()))
     }
 
     /// Inertia of freedoms' own, and motors, behind the joint forces.
