@@ -7,7 +7,7 @@
 //! processor, in f64, twice. The first change is the error but for that of the correction, which is the second; and
 //! neither is less than what the rounding of the bodies' own equations leaves (`tolerance.rs`).
 
-use crate::tolerance::{NOISE, ROUNDING};
+use crate::tolerance::{NOISE, ROUNDING, check_tolerance};
 use crate::{
     Achieved, Algorithm, Error, Forces, Precision, Workspace, check_accelerations, cost, gpu,
     refine,
@@ -73,9 +73,7 @@ impl Exact {
     /// [`Error::ToleranceRange`].
     pub(super) fn new(model: &Model, has_f64: bool, tolerance: f64) -> Result<Self, Error> {
         use Precision::{F32, F64};
-        if !(tolerance.is_finite() && tolerance >= f64::EPSILON) {
-            return Err(Error::ToleranceRange { tolerance });
-        }
+        check_tolerance(tolerance)?;
         let rung = |chunks, tree, sweeps| Rung {
             chunks,
             tree,
