@@ -186,7 +186,7 @@ pub struct MotionArgs {
     #[arg(long)]
     pub quick: bool,
     /// Simulated seconds of a run.
-    #[arg(long, default_value_t = 60.0, value_parser = positive_seconds, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 30.0, value_parser = positive_seconds, allow_negative_numbers = true)]
     pub seconds: f64,
     /// Run only the scenes whose names contain one of these; runs of the others in the folder stay.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -229,8 +229,8 @@ pub struct CompareArgs {
 /// Options of `report`.
 #[derive(Args, Debug)]
 pub struct ReportArgs {
-    /// A results.json, or a folder with results.json, accuracy.json or motion.json. Of several, what they have in common: the
-    /// scenarios measured on more than one device, CPUs and GPUs on one picture.
+    /// A results.json, or a folder with results.json, accuracy.json or motion.json. Of several, each a results.json or a folder
+    /// with one, what they have in common: the scenarios measured on more than one device, CPUs and GPUs on one picture.
     #[arg(required = true)]
     pub results: Vec<PathBuf>,
     /// Folder to write to; beside the data by default, if that is one folder.

@@ -92,7 +92,8 @@ fn together(arguments: &ReportArgs) -> anyhow::Result<()> {
     for data in &arguments.results {
         anyhow::ensure!(
             data.is_file() || data.join(results::RESULTS_JSON).exists(),
-            "{}: there is no results.json; name folders that `bench` has written",
+            "{}: there is no results.json, which several runs are put together from; name folders that `bench` has written, or folders of \
+             `accuracy` and `motion` one at a time",
             data.display()
         );
     }

@@ -79,7 +79,7 @@ pub fn joint_wrenches(workspace: &mut Workspace) -> Result<(), Error> {
         return Ok(());
     }
     let failed = in_precision!(&mut workspace.arrays, s => {
-        s.transmit(workspace.computed.responded);
+        s.transmit(workspace.computed.corrected);
         s.joint_wrench.iter().position(|f| !f.is_finite())
     });
     workspace.refuse_overflow("joint force", failed)?;
@@ -346,9 +346,9 @@ impl<T: Number> Sweeps<T> {
     /// the joint forces S' f drift from tau by 1e-7 of their terms at 5000 bodies in f64; this form
     /// stays within 2e-12, and [`transmitted`] takes that out. Corrections sum, but over
     /// [runs](crate::correct) of bodies alone, and leave pA where these end.
-    fn transmit(&mut self, responded: bool) {
+    fn transmit(&mut self, corrected: bool) {
         let corrections = self.corrections.take();
-        let runs = corrections.as_ref().filter(|_| responded);
+        let runs = corrections.as_ref().filter(|_| corrected);
         self.joint_wrench.fill(Force::ZERO);
         for i in (0..self.links.len()).rev() {
             let f = if runs.is_some_and(|own| own.sums(i)) {

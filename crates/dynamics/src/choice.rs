@@ -35,8 +35,11 @@ impl Choice {
     /// What the processor is expected to take.
     pub(crate) fn on_host(bodies: usize, options: &SolverOptions) -> Self {
         let threads = threads(options.parallel, bodies);
+        let with_sweeps = |algorithm, solve| solve * cost::corrected(algorithm, options.sweeps);
         let aba_s = cost::aba(bodies, options.precision);
+        let aba_s = with_sweeps(Algorithm::Aba, aba_s);
         let dca_s = cost::dca(bodies, rounds(bodies), threads, options.precision);
+        let dca_s = with_sweeps(Algorithm::Dca, dca_s);
         let faster = if dca_s < aba_s {
             Algorithm::Dca
         } else {
@@ -65,7 +68,11 @@ impl Choice {
     ) -> Result<Self, Error> {
         let bodies = model.bodies().len();
         let (chunks, tree) = options.precisions(device, model)?;
-        let host = Self::on_host(bodies, &SolverOptions::default());
+        let on_host = SolverOptions {
+            sweeps: options.sweeps,
+            ..SolverOptions::default()
+        };
+        let host = Self::on_host(bodies, &on_host);
         let gpu_s = cost::gpu_refined_step(bodies, chunks, tree, options.sweeps);
         let is_real = device.info().device_type != vertebra_gpu::wgpu::DeviceType::Cpu;
         // Elements cost about as many times more on both: springs and dampers 1.1 on an H100 and 1.3 on a Xeon, with

@@ -22,6 +22,7 @@ use crate::balance::least_forces;
 use crate::drift::Drift;
 use crate::link::{Kind, Link};
 use crate::refine::{Loads, Size, relative};
+use crate::residual::worst_of;
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Forces, Refinement, Workspace, finite_results};
 use core::ops::AddAssign;
@@ -112,7 +113,7 @@ impl<T: Real> Corrections<T> {
 }
 
 impl Workspace {
-    /// Corrects the solution of the last [`aba`](crate::aba) once, or adds the response to other loads.
+    /// Corrects the solution of the last [`aba`](crate::aba) once, or finds the response to other loads.
     pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         forces.check(&self.model)?;
         self.joint_accelerations()?;
@@ -139,13 +140,18 @@ impl Workspace {
                 Loads::Left | Loads::Settled => s.gather_again::<false>(&mut own),
                 Loads::Rounding => s.gather_again::<true>(&mut own),
             };
-            let finite = s.respond_again(&mut own);
+            let finite = match loads {
+                Loads::Left | Loads::Settled => s.respond_again::<false>(&mut own),
+                Loads::Rounding => s.respond_again::<true>(&mut own),
+            };
             let (mut change, mut largest) = (0.0_f64, least);
             for (k, &by) in own.u.iter().enumerate() {
-                s.u[k] += by;
-                qdd[k] = Real::to_f64(s.u[k]) * scales[k];
+                if loads != Loads::Rounding {
+                    s.u[k] += by;
+                    qdd[k] = Real::to_f64(s.u[k]) * scales[k];
+                }
                 largest = largest.max(qdd[k].abs());
-                change = change.max(Real::to_f64(by).abs() * scales[k]);
+                change = worst_of(change, Real::to_f64(by).abs() * scales[k]);
             }
             refined.change = relative(change, largest);
             s.corrections = Some(own);
@@ -154,7 +160,6 @@ impl Workspace {
         self.refuse_overflow("acceleration", failed)?;
         finite_results(&self.model, "joint acceleration", &self.qdd, self.time)?;
         self.computed.accelerations = true;
-        self.computed.responded = true;
         self.computed.corrected |= loads != Loads::Rounding;
         self.computed.settled |= settles;
         Ok(refined)
@@ -163,7 +168,7 @@ impl Workspace {
 
 impl Workspace {
     /// What forces as large as the rounding of the bodies' equations move, as part of the largest acceleration
-    /// ([`Loads::Rounding`]); the solution has it added.
+    /// ([`Loads::Rounding`]).
     #[cfg(feature = "gpu")]
     pub(crate) fn response_to_rounding(&mut self, forces: &Forces) -> Result<f64, Error> {
         let response = self.correct(forces, Loads::Rounding)?;
@@ -274,7 +279,9 @@ impl<T: Real> Sweeps<T> {
                 rest
             };
             let bias = arriving.bias - load;
-            self.bias[i] += bias;
+            if !ROUNDING {
+                self.bias[i] += bias;
+            }
             let u = -self.subspace[v].dot(bias);
             own.u[v] = u;
             let passed = bias + self.u_columns[v] * (u * self.d_inverse[i]);
@@ -342,7 +349,9 @@ impl<T: Real> Sweeps<T> {
             rest
         };
         let bias = arriving.bias - load;
-        self.bias[i] += bias;
+        if !ROUNDING {
+            self.bias[i] += bias;
+        }
         let passed = self.let_go_again(i, own, bias);
         let r = self.offset[i];
         let taken = f.shifted_back(r);
@@ -376,8 +385,8 @@ impl<T: Real> Sweeps<T> {
         passed
     }
 
-    /// Down: corrects the bodies' accelerations; says whether they are finite.
-    fn respond_again(&mut self, own: &mut Corrections<T>) -> bool {
+    /// Down: corrects the bodies' accelerations, unless what responds is [`Loads::Rounding`]; says whether they are finite.
+    fn respond_again<const ROUNDING: bool>(&mut self, own: &mut Corrections<T>) -> bool {
         let mut last = Motion::ZERO;
         let mut finite = true;
         for i in 0..self.links.len() {
@@ -426,8 +435,10 @@ impl<T: Real> Sweeps<T> {
                 own.accelerations[i] = a;
             }
             last = a;
-            a += self.acceleration[i];
-            self.acceleration[i] = a;
+            if !ROUNDING {
+                a += self.acceleration[i];
+                self.acceleration[i] = a;
+            }
             finite &= a.is_finite();
         }
         finite

@@ -19,11 +19,14 @@ const ROUND: f64 = 2.2e-6;
 /// Time of a correction as part of a solution's: \[first, others\].
 const CORRECTION: [[f64; 2]; 2] = [[0.36, 0.36], [0.36, 0.35]];
 
-/// Time of a solution whose response to rounding is had and then so many corrections, as a multiple of the
-/// solution's. The response is a sweep like theirs, and the first of them.
-pub(crate) fn refined(algorithm: Algorithm, sweeps: u32) -> f64 {
+/// Time of a solution and so many corrections, as a multiple of the solution's.
+#[expect(clippy::cast_precision_loss, reason = "an estimate")]
+pub(crate) fn corrected(algorithm: Algorithm, sweeps: usize) -> f64 {
     let [first, others] = CORRECTION[usize::from(algorithm == Algorithm::Dca)];
-    1.0 + first + others * f64::from(sweeps)
+    match sweeps.checked_sub(1) {
+        None => 1.0,
+        Some(more) => 1.0 + first + others * more as f64,
+    }
 }
 
 fn of(costs: [f64; 3], precision: Precision) -> f64 {

@@ -178,11 +178,21 @@ pub enum Error {
         /// Forward error wanted.
         tolerance: f64,
     },
-    /// A tolerance that is no number or below what f64 can hold.
+    /// A tolerance that is no number, below what f64 can hold, or as large as what it is a part of.
     #[error(
-        "a tolerance of {tolerance:e} cannot be held: ask for a number from 2.3e-16, the last bit of f64, up"
+        "{tolerance:e} is no tolerance: ask for a number from 2.3e-16, the last bit of f64, to less than 1, at which no digit is right"
     )]
     ToleranceRange {
+        /// Forward error asked for.
+        tolerance: f64,
+    },
+    /// Something asked for beside a tolerance that decides it.
+    #[error(
+        "{what} beside a tolerance of {tolerance:e}, which decides that itself: give one of the two (`Simulation::with_solver`)"
+    )]
+    DecidedByTolerance {
+        /// What else was asked for.
+        what: &'static str,
         /// Forward error asked for.
         tolerance: f64,
     },

@@ -29,7 +29,7 @@ type OnExceeded = Box<dyn FnMut(&Check) -> ControlFlow<()> + Send + Sync>;
 /// let state = State::random(&model, 1);
 /// let mut simulation = Simulation::new(model)?
 ///     .with_precision(Precision::F32)?
-///     .with_monitor(Monitor::every(10, 1e-9));
+///     .with_monitor(Monitor::every(10, 1e-9))?;
 /// simulation.set_state(state)?;
 /// for _ in 0..100 {
 ///     simulation.step(1e-3)?;
@@ -54,7 +54,7 @@ type OnExceeded = Box<dyn FnMut(&Check) -> ControlFlow<()> + Send + Sync>;
 /// });
 /// let mut simulation = Simulation::new(model)?
 ///     .with_precision(Precision::F32)?
-///     .with_monitor(monitor);
+///     .with_monitor(monitor)?;
 /// simulation.set_state(state)?;
 /// let stopped = simulation.steps(1e-3, 100).unwrap_err();
 /// println!("{stopped}");
@@ -74,13 +74,13 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// A check every so many steps (none means every one) against a forward error: no less than `f64::EPSILON`, which
-    /// is also what a tolerance that is smaller or no number is taken for. No check asks for more than f64 holds.
+    /// A check every so many steps (none means every one) against a forward error from 2.3e-16, the last bit of f64, to
+    /// less than 1. Of another tolerance [`Simulation::with_monitor`](crate::Simulation::with_monitor) tells.
     #[must_use]
     pub const fn every(steps: u64, tolerance: f64) -> Self {
         Self {
             every: if steps == 0 { 1 } else { steps },
-            tolerance: tolerance.max(f64::EPSILON),
+            tolerance,
             on_exceeded: None,
             steps: 0,
             checks: 0,
@@ -124,6 +124,10 @@ impl Monitor {
     #[must_use]
     pub const fn worst(&self) -> Option<&Check> {
         self.worst.as_ref()
+    }
+
+    pub(crate) const fn tolerance(&self) -> f64 {
+        self.tolerance
     }
 
     pub(crate) const fn is_due(&self) -> bool {

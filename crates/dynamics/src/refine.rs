@@ -64,9 +64,9 @@ pub(crate) enum Loads {
     Left,
     /// The same, once the [drift](crate::drift) of the bodies' places has been taken out.
     Settled,
-    /// Forces as large as the rounding of those equations. Their response is what no correction in this
-    /// precision can take out, however small a residual it leaves: the condition of the problem in
-    /// its own equations, times epsilon. The solution has it added, so that a correction has to follow.
+    /// Forces as large as the rounding of those equations, which are gone through on the way: this finds the residual too. Their
+    /// response is what no correction in this precision can take out, however small a residual it leaves: the condition
+    /// of the problem in its own equations, times epsilon. The solution stays as it was.
     Rounding,
 }
 

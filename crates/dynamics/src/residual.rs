@@ -236,7 +236,7 @@ fn acceleration_rows<T: Real>(s: &Sweeps<T>, i: usize, a: &[Motion<T>]) -> Rows<
 }
 
 /// The larger of two residuals; NaN, which `f64::max` would drop, is the worst.
-fn worst_of(a: f64, b: f64) -> f64 {
+pub(crate) fn worst_of(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }
 

@@ -13,6 +13,7 @@ mod runs;
 
 pub use poses::PendingPoses;
 
+use crate::tolerance::check_tolerance;
 use crate::{
     Achieved, BodyMotion, Choice, Device, Error, Forces, Integrator, Mechanics, Monitor, Precision,
     Solver, SolverOptions, Workspace, aba, body_poses, forward_kinematics, joint_wrenches,
@@ -42,6 +43,8 @@ pub struct Simulation {
     state: State,
     forces: Forces,
     integrator: Integrator,
+    /// What the solver was asked for last.
+    options: SolverOptions,
     choice: Choice,
     runs: Runs,
     /// For kinematics and [`solve`](Self::solve), if the solver's own memory does not serve.
@@ -72,7 +75,7 @@ impl Simulation {
         Ok(Self::from_parts(model, runs, choice))
     }
 
-    /// A simulation on a GPU with options that are a GPU's alone, corrections of every solution among them.
+    /// A simulation on a GPU with options that are a GPU's alone.
     ///
     /// # Errors
     /// As [`gpu::Simulation::on`](crate::gpu::Simulation::on).
@@ -84,7 +87,14 @@ impl Simulation {
     ) -> Result<Self, Error> {
         let expected = Choice::with_gpu(&model, device, options)?;
         let (runs, choice) = Runs::on_gpu(device, &model, options, (expected, true))?;
-        let simulation = Self::from_parts(model, runs, choice);
+        let mut simulation = Self::from_parts(model, runs, choice);
+        simulation.options = SolverOptions {
+            precision: simulation.choice.precision,
+            tree: options.tree,
+            schedule: options.schedule,
+            sweeps: options.sweeps,
+            ..SolverOptions::default()
+        };
         Ok(simulation.with_integrator(options.integrator))
     }
 
@@ -93,6 +103,7 @@ impl Simulation {
             state: State::neutral(&model),
             forces: Forces::none(&model),
             integrator: Integrator::default(),
+            options: SolverOptions::default(),
             choice,
             runs,
             workspace: None,
@@ -119,9 +130,10 @@ impl Simulation {
     /// ([`choice`](Self::choice) tells).
     ///
     /// # Errors
-    /// As [`Solver::new`]; on a GPU also [`Error::PrecisionUnavailable`], [`Error::ModelTooLarge`], `Error::Gpu`, and
+    /// As [`Solver::new`]'s; on a GPU also [`Error::PrecisionUnavailable`], [`Error::ModelTooLarge`], `Error::Gpu`, and
     /// [`Error::UnavailableOnGpu`] of the articulated-body algorithm.
     pub fn with_solver(mut self, options: &SolverOptions) -> Result<Self, Error> {
+        self.options = *options;
         match &mut self.runs {
             Runs::Host(host) => {
                 host.solver = Solver::new(&self.model, options)?;
@@ -142,7 +154,7 @@ impl Simulation {
                         self.choice = other.choice(self.choice);
                         **remote = other;
                     }
-                    None => self.leave_gpu(options)?,
+                    None => self.leave_gpu()?,
                 }
             }
         }
@@ -151,16 +163,22 @@ impl Simulation {
         Ok(self)
     }
 
-    /// Chooses the precision in which accelerations are computed, by whichever algorithm is expected
-    /// to be faster.
+    /// Chooses the precision in which accelerations are computed. What else the solver was asked for stays.
     ///
     /// # Errors
-    /// As [`with_solver`](Self::with_solver).
+    /// As [`with_solver`](Self::with_solver)'s; [`Error::DecidedByTolerance`] where one was asked for.
     pub fn with_precision(self, precision: Precision) -> Result<Self, Error> {
-        self.with_solver(&SolverOptions {
+        if let Some(tolerance) = self.options.tolerance {
+            return Err(Error::DecidedByTolerance {
+                what: "a precision",
+                tolerance,
+            });
+        }
+        let options = SolverOptions {
             precision,
-            ..SolverOptions::default()
-        })
+            ..self.options
+        };
+        self.with_solver(&options)
     }
 
     /// Checks the accelerations of every so many steps, the first one's included
@@ -169,10 +187,13 @@ impl Simulation {
     ///
     /// On a GPU the processor checks ([`check_accelerations`](crate::check_accelerations)) what is read back for it,
     /// about 0.7 ms for 2048 bodies: as long as several steps take there.
-    #[must_use]
-    pub fn with_monitor(mut self, monitor: Monitor) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::ToleranceRange`].
+    pub fn with_monitor(mut self, monitor: Monitor) -> Result<Self, Error> {
+        check_tolerance(monitor.tolerance())?;
         self.monitor = Some(monitor);
-        self
+        Ok(self)
     }
 
     /// What the checks have found; none without [`with_monitor`](Self::with_monitor).
@@ -327,9 +348,9 @@ impl Simulation {
                 self.choice = remote.choice(self.choice);
                 match taken {
                     Err(Error::Step { step, source, .. })
-                        if let Error::ToleranceMissed { tolerance, .. } = *source =>
+                        if matches!(*source, Error::ToleranceMissed { .. }) =>
                     {
-                        self.leave_gpu(&SolverOptions::to_tolerance(tolerance))?;
+                        self.leave_gpu()?;
                         self.take(h, step..count)
                     }
                     taken => taken,
@@ -359,8 +380,8 @@ impl Simulation {
                 });
                 self.choice = remote.choice(self.choice);
                 match solved {
-                    Err(Error::ToleranceMissed { tolerance, .. }) => {
-                        self.leave_gpu(&SolverOptions::to_tolerance(tolerance))?;
+                    Err(Error::ToleranceMissed { .. }) => {
+                        self.leave_gpu()?;
                         self.accelerations()
                     }
                     solved => solved,
@@ -371,9 +392,9 @@ impl Simulation {
 
     /// Goes on on the processor, from the state there is.
     #[cfg(feature = "gpu")]
-    fn leave_gpu(&mut self, options: &SolverOptions) -> Result<(), Error> {
+    fn leave_gpu(&mut self) -> Result<(), Error> {
         self.fetch_state()?;
-        let solver = Solver::new(&self.model, options)?;
+        let solver = Solver::new(&self.model, &self.options)?;
         let choice = Choice {
             gpu_s: self.choice.gpu_s,
             ..*solver.choice()

@@ -24,7 +24,7 @@
 use crate::refine::Loads;
 use crate::{
     Algorithm, DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace, aba,
-    cost, dca, refine,
+    cost, dca,
 };
 use core::fmt;
 use vertebra_assembly::schedule::ScheduleOptions;
@@ -72,7 +72,8 @@ pub struct Achieved {
     pub tree: Precision,
     /// Corrections made.
     pub sweeps: u32,
-    /// Residual of the bodies' own equations before the last correction ([`Refinement::residual`]).
+    /// Residual of the bodies' own equations that the solution leaves, all corrections made (measured as
+    /// [`Refinement::residual`] is).
     pub residual: f64,
     /// Estimate of the forward error max |qdd - exact| / max |exact|.
     pub error: f64,
@@ -113,14 +114,7 @@ impl Method {
         }
     }
 
-    pub(crate) fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
-        match self {
-            Self::Aba(workspace) => refine(forces, &mut **workspace),
-            Self::Dca(workspace) => refine(forces, &mut **workspace),
-        }
-    }
-
-    fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
+    pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         match self {
             Self::Aba(workspace) => workspace.correct(forces, loads),
             Self::Dca(workspace) => workspace.correct(forces, loads),
@@ -182,7 +176,9 @@ impl Rung {
             Algorithm::Dca => cost::dca(bodies, rounds, threads, self.precision),
         };
         let settling = if self.settles(tolerance) { solve } else { 0.0 };
-        solve * cost::refined(self.algorithm, self.sweeps(tolerance)) + settling
+        // The response to rounding is a sweep like those of corrections.
+        let sweeps = self.sweeps(tolerance) as usize + 1;
+        solve * cost::corrected(self.algorithm, sweeps) + settling
     }
 }
 
@@ -214,11 +210,7 @@ impl Ladder {
     pub(crate) fn new(model: &Model, asked: &Asked) -> Result<Self, Error> {
         use Algorithm::{Aba, Dca};
         use Precision::{F32, F64, Reference};
-        if !(asked.tolerance.is_finite() && asked.tolerance >= f64::EPSILON) {
-            return Err(Error::ToleranceRange {
-                tolerance: asked.tolerance,
-            });
-        }
+        check_tolerance(asked.tolerance)?;
         let is_even = spread(model) <= SPREAD;
         let candidates: &[(Algorithm, Precision, Precision)] = match asked.algorithm {
             Aba => &[
@@ -387,43 +379,45 @@ impl Ladder {
             )?),
         };
         method.solve(model, state, forces)?;
-        // What rounding in the bodies' equations leaves, whatever corrections are made. The solution has it
-        // added: corrections follow.
-        let rounding = method.correct(forces, Loads::Rounding)?.change;
-        let mut achieved = Achieved {
-            algorithm: rung.algorithm,
-            precision: rung.precision,
-            tree: rung.tree,
-            sweeps: 0,
-            residual: f64::INFINITY,
-            error: 1.0,
-        };
-        let mut before = 1.0;
-        while achieved.sweeps < SWEEPS {
+        let (mut sweeps, mut error, mut before) = (0, 1.0, 1.0);
+        while sweeps < SWEEPS {
             let Refinement { residual, change } = method.correct(forces, corrections)?;
             let expected = CAUTION * change / before;
-            achieved.sweeps += 1;
-            achieved.residual = residual;
+            sweeps += 1;
             let converges = change <= 0.5 * before;
             let is_theirs = rung.tree != Precision::F32 || residual <= LEFT;
-            achieved.error = if converges && is_theirs {
+            error = if converges && is_theirs {
                 change * expected.min(1.0)
             } else {
                 // Not one digit is known.
                 1.0
             };
-            let met = achieved.error.max(NOISE * rounding) <= self.tolerance;
-            if met || !converges {
+            if error <= self.tolerance || !converges {
                 break;
             }
             before = change;
         }
-        // No solution is more exact than the rounding of its equations, nor, where nothing responds to that, than gravity in
-        // its precision.
+        // What is left, and what rounding in the bodies' equations leaves, whatever corrections are made: no solution is
+        // more exact than that, nor, where nothing responds to it, than gravity in its precision.
+        let rounding = method.correct(forces, Loads::Rounding)?;
         let least = rung.precision.epsilon().max(f64::EPSILON);
-        achieved.error = achieved.error.max(NOISE * rounding).max(least);
-        Ok(achieved)
+        Ok(Achieved {
+            algorithm: rung.algorithm,
+            precision: rung.precision,
+            tree: rung.tree,
+            sweeps,
+            residual: rounding.residual,
+            error: error.max(NOISE * rounding.change).max(least),
+        })
     }
+}
+
+/// Refuses what is no relative error that f64 can hold: at 1 no digit is right, whatever the answer.
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
+    if (f64::EPSILON..1.0).contains(&tolerance) {
+        return Ok(());
+    }
+    Err(Error::ToleranceRange { tolerance })
 }
 
 /// The largest ratio of the masses of a model's bodies, or of their moments about the joints; infinite if some have none.
@@ -467,8 +461,9 @@ fn method(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::forward_error;
+    use crate::{forward_error, joint_wrenches, residual};
     use glam::{DMat3, DQuat, DVec3};
+    use vertebra_assembly::generate::{self, Rod};
     use vertebra_assembly::{Joint, ModelDescription};
     use vertebra_spatial::Pose;
 
@@ -494,6 +489,42 @@ mod tests {
             description = description.body(name(index), parent.map(name).as_deref(), joint, body);
         }
         description.build().unwrap()
+    }
+
+    /// The residual is that of the accelerations that are given out, as it is measured without the factors.
+    #[test]
+    fn residuals_are_those_achieved() {
+        let model = generate::random_chain(200, &Rod::default(), 3).unwrap();
+        let (state, forces) = (State::random(&model, 4), Forces::none(&model));
+        for algorithm in [Algorithm::Aba, Algorithm::Dca] {
+            for tolerance in [1e-2, 1e-10] {
+                let asked = Asked {
+                    tolerance,
+                    algorithm,
+                    schedule: None,
+                    rounds: 14,
+                    threads: 1,
+                };
+                let mut ladder = Ladder::new(&model, &asked).unwrap();
+                for at in 0..ladder.rungs.len() {
+                    let achieved = ladder.attempt(at, &model, &state, &forces).unwrap();
+                    let method = ladder.rungs[at].method.as_mut().unwrap();
+                    let measured = match method {
+                        Method::Aba(workspace) => {
+                            joint_wrenches(workspace).unwrap();
+                            residual(&model, &state, &forces, &**workspace)
+                        }
+                        Method::Dca(workspace) => {
+                            workspace.compute_joint_wrenches(&forces).unwrap();
+                            residual(&model, &state, &forces, &**workspace)
+                        }
+                    };
+                    let ratio = achieved.residual / measured.unwrap().by_body;
+                    // One is over the largest term, the other over a sum of up to eight.
+                    assert!((0.125..=8.0).contains(&ratio), "{achieved}: {ratio}");
+                }
+            }
+        }
     }
 
     /// f32 has no digit of what differs by sixteen decades, and is not tried. Where it is, what it leaves gives it away: by

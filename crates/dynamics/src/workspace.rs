@@ -83,11 +83,10 @@ pub(crate) struct Computed {
     pub(crate) poses: bool,
     pub(crate) accelerations: bool,
     pub(crate) joint_wrenches: bool,
-    /// Whether loads have been put through the factors since: of pA only that [where runs start](crate::correct)
-    /// then goes with the accelerations.
-    pub(crate) responded: bool,
-    /// Whether the solution has been corrected, and the drift taken out of the bodies' places.
+    /// Whether the solution has been corrected since: of pA only that [where runs start](crate::correct) then goes with
+    /// the accelerations.
     pub(crate) corrected: bool,
+    /// Whether the drift was taken out of the bodies' places.
     pub(crate) settled: bool,
 }
 

@@ -222,6 +222,34 @@ fn refusals_leave_the_state() {
     assert!(matches!(refused, Err(Error::ToleranceRange { .. })));
 }
 
+/// A solver's corrections are those that a GPU is asked for by its own options.
+#[test]
+fn a_gpu_corrects_as_often_as_asked() {
+    let Some(device) = gpu() else { return };
+    let (model, state, _) = problem(3);
+    let asked = SolverOptions {
+        tree: Some(Precision::F32),
+        sweeps: 1,
+        ..SolverOptions::default()
+    };
+    let own = vertebra_dynamics::gpu::Options {
+        sweeps: 1,
+        ..Default::default()
+    };
+    let solved = |mut simulation: Simulation| {
+        simulation.set_state(state.clone()).unwrap();
+        simulation.accelerations().unwrap()
+    };
+    let solver = Simulation::on(&device, model.clone()).unwrap();
+    let solver = match solver.with_solver(&asked) {
+        Err(Error::PrecisionUnavailable { .. }) => return,
+        made => made.unwrap(),
+    };
+    let gpu = device.gpu().unwrap();
+    let by_device = Simulation::on_gpu(gpu, model.clone(), &own).unwrap();
+    assert_eq!(solved(solver), solved(by_device));
+}
+
 /// Checks on a GPU find the error there is, change nothing, and end a run where they are told to.
 #[test]
 fn errors_are_watched_on_a_gpu() {
@@ -239,7 +267,7 @@ fn errors_are_watched_on_a_gpu() {
     let errors = plain.accelerations().unwrap().into_iter().zip(&exact);
     let error = errors.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / largest;
     plain.steps(1e-4, 25).unwrap();
-    let mut watched = on().with_monitor(Monitor::every(10, 1e-8));
+    let mut watched = on().with_monitor(Monitor::every(10, 1e-8)).unwrap();
     watched.steps(1e-4, 3).unwrap();
     let first = *watched.monitor().unwrap().latest().unwrap();
     assert_eq!((first.step, first.time), (0, 0.0));
@@ -263,7 +291,7 @@ fn errors_are_watched_on_a_gpu() {
             ControlFlow::Break(())
         }
     });
-    let mut ended = on().with_monitor(ends_at_third);
+    let mut ended = on().with_monitor(ends_at_third).unwrap();
     let error = ended.steps(1e-4, 25).unwrap_err();
     let Error::Step {
         step: 10,

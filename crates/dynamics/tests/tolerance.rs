@@ -6,10 +6,11 @@ use glam::DVec3;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 use vertebra_assembly::generate::{self, Masses, RandomTree, Rod};
+use vertebra_assembly::schedule::ScheduleOptions;
 use vertebra_assembly::{Joint, MassProperties, Model, ModelDescription, Random, State};
 use vertebra_dynamics::{
     Algorithm, Error, Forces, Monitor, Precision, Simulation, Solver, SolverOptions, Workspace,
-    Wrench, aba, forward_error, rnea,
+    Wrench, aba, forward_error, refine, rnea,
 };
 use vertebra_spatial::Pose;
 
@@ -23,6 +24,18 @@ fn inputs(model: &Model, seed: u64) -> (State, Forces) {
     }
     (State::random(model, seed), forces)
 }
+
+/// What is no relative error that f64 can hold.
+const NO_TOLERANCES: [f64; 8] = [
+    0.0,
+    1e-17,
+    -1.0,
+    1.0,
+    2.0,
+    f64::NAN,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+];
 
 fn options(tolerance: f64, algorithm: Algorithm) -> SolverOptions {
     SolverOptions {
@@ -192,7 +205,7 @@ fn the_method_comes_back_down() {
 #[test]
 fn refusals() {
     let model = generate::random_chain(20, &Rod::default(), 1).unwrap();
-    for tolerance in [0.0, 1e-17, -1.0, f64::NAN, f64::INFINITY] {
+    for tolerance in NO_TOLERANCES {
         let refused = Solver::new(&model, &options(tolerance, Algorithm::Aba));
         assert!(matches!(refused, Err(Error::ToleranceRange { .. })));
     }
@@ -246,7 +259,7 @@ fn errors_are_watched() {
         let mut simulation = Simulation::new(model.clone()).unwrap();
         simulation = simulation.with_precision(Precision::F32).unwrap();
         if let Some(monitor) = monitor {
-            simulation = simulation.with_monitor(monitor);
+            simulation = simulation.with_monitor(monitor).unwrap();
         }
         simulation.set_state(State::random(&model, 3)).unwrap();
         for _ in 0..25 {
@@ -267,20 +280,95 @@ fn errors_are_watched() {
     assert_eq!((monitor.checks(), monitor.exceeded()), (25, 0));
 }
 
-/// What no check can ask for is taken for the least that f64 holds.
+/// Of what a solver was asked for another precision changes nothing else; a tolerance decides it, and tells.
+#[test]
+fn what_was_asked_for_is_kept_or_refused() {
+    let model = generate::random_chain(20, &Rod::default(), 1).unwrap();
+    let single = |options: SolverOptions| {
+        let simulation = Simulation::new(model.clone()).unwrap();
+        let simulation = simulation.with_solver(&options).unwrap();
+        simulation.with_precision(Precision::F32)
+    };
+    let decided = |what: Result<(), Error>| match what {
+        Err(Error::DecidedByTolerance { tolerance, .. }) => assert_eq!(tolerance, 1e-9),
+        other => panic!("{other:?}"),
+    };
+    decided(single(SolverOptions::to_tolerance(1e-9)).map(drop));
+    for options in [
+        SolverOptions {
+            tree: Some(Precision::F32),
+            ..SolverOptions::to_tolerance(1e-9)
+        },
+        SolverOptions {
+            sweeps: 1,
+            ..SolverOptions::to_tolerance(1e-9)
+        },
+    ] {
+        decided(Solver::new(&model, &options).map(drop));
+    }
+    let tree = SolverOptions {
+        algorithm: Some(Algorithm::Dca),
+        schedule: Some(ScheduleOptions::with_window(4)),
+        sweeps: 2,
+        ..SolverOptions::default()
+    };
+    let mut kept = single(tree).unwrap();
+    let asked = SolverOptions {
+        precision: Precision::F32,
+        ..tree
+    };
+    let mut solver = Solver::new(&model, &asked).unwrap();
+    kept.set_state(State::random(&model, 2)).unwrap();
+    let (state, forces) = (State::random(&model, 2), Forces::none(&model));
+    let qdd = solver.forward_dynamics(&model, &state, &forces).unwrap();
+    assert_eq!(kept.accelerations().unwrap(), qdd);
+}
+
+/// Corrections that a solver is asked for are those of [`refine`], and its check sees what they leave.
+#[test]
+fn solvers_correct_as_often_as_asked() {
+    let masses = Masses::HeavyLast(1e8);
+    let model = generate::uneven_tree(200, 1, &Rod::default(), &masses, 1).unwrap();
+    let (state, forces) = inputs(&model, 1);
+    let solver = |sweeps| {
+        let options = SolverOptions {
+            algorithm: Some(Algorithm::Aba),
+            sweeps,
+            ..SolverOptions::default()
+        };
+        Solver::new(&model, &options).unwrap()
+    };
+    let mut workspace = Workspace::new(&model, Precision::F64);
+    let plain = aba(&model, &state, &forces, &mut workspace).unwrap();
+    let found = solver(0)
+        .forward_dynamics(&model, &state, &forces)
+        .unwrap()
+        .to_vec();
+    assert_eq!(found, plain);
+    let refined = refine(&forces, &mut workspace).unwrap();
+    assert_eq!(solver(0).check(&model, &state, &forces).unwrap(), refined);
+    let corrected = workspace.joint_accelerations().unwrap();
+    let found = solver(1)
+        .forward_dynamics(&model, &state, &forces)
+        .unwrap()
+        .to_vec();
+    assert_eq!(found, corrected);
+    // What a correction leaves is as much smaller as what it changed.
+    let left = solver(1).check(&model, &state, &forces).unwrap();
+    assert!(
+        left.change <= 1e-3 * refined.change,
+        "{left:?} of {refined:?}"
+    );
+}
+
+/// What no check can ask for is refused, as it is of a solver.
 #[test]
 fn a_monitor_has_a_tolerance() {
     let model = generate::random_chain(8, &Rod::default(), 2).unwrap();
-    for tolerance in [f64::NAN, -1.0, 0.0, f64::NEG_INFINITY] {
-        let monitor = Monitor::every(1, tolerance).on_exceeded(|_| ControlFlow::Break(()));
+    for tolerance in NO_TOLERANCES {
         let simulation = Simulation::new(model.clone()).unwrap();
-        let mut simulation = simulation.with_precision(Precision::F32).unwrap();
-        simulation.set_state(State::random(&model, 3)).unwrap();
-        let stopped = simulation.with_monitor(monitor).step(1e-4);
-        let Err(Error::Inexact { tolerance, .. }) = stopped else {
-            panic!("{stopped:?}");
-        };
-        assert_eq!(tolerance, f64::EPSILON);
+        let refused = simulation.with_monitor(Monitor::every(1, tolerance));
+        assert!(matches!(refused, Err(Error::ToleranceRange { .. })));
     }
 }
 
@@ -301,7 +389,7 @@ fn a_monitor_ends_a_run() {
     let simulation = Simulation::new(model.clone()).unwrap();
     let mut simulation = simulation.with_precision(Precision::F32).unwrap();
     simulation.set_state(State::random(&model, 3)).unwrap();
-    let mut simulation = simulation.with_monitor(monitor);
+    let mut simulation = simulation.with_monitor(monitor).unwrap();
     let error = simulation.steps(1e-4, 20).unwrap_err();
     let Error::Step {
         step: 8,

@@ -84,17 +84,19 @@ impl<'a, T: Real> Equations<'a, T> {
             inboard, outboard, ..
         } = self.plan.chunks[chunk];
         let seam = matches!(inboard, Inboard::Cut(_)) || outboard == Outboard::Leaf;
+        let worst = if seam || self.loads == Loads::Settled {
+            self.jumps(chunk, jumps)
+        } else {
+            f64::DONE
+        };
         let moved = match self.loads {
             Loads::Left => seam,
             Loads::Settled => true,
             Loads::Rounding => false,
         };
-        let worst = if moved {
-            self.jumps(chunk, jumps)
-        } else {
+        if !moved {
             jumps.fill(Motion::ZERO);
-            f64::DONE
-        };
+        }
         Balance {
             equations: self,
             chunk,

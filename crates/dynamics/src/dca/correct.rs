@@ -54,7 +54,7 @@ pub(super) enum Source<'a> {
 }
 
 impl<T: Real, L: Real> Tree<T, L> {
-    /// Corrects the solution once, or adds the response to other loads; gives the residual before.
+    /// Corrects the solution once, or finds the response to other loads; gives the residual before.
     pub(super) fn correct(
         &mut self,
         loads: Loads,
@@ -69,7 +69,7 @@ impl<T: Real, L: Real> Tree<T, L> {
         }
         let source = Source::Equations(loads, acting);
         let residual = self.sweep(&mut own, source, threads);
-        if residual.is_ok() {
+        if residual.is_ok() && loads != Loads::Rounding {
             self.keep_ends(Some(&own.evening));
             for (a, &change) in self.chunks.accelerations.iter_mut().zip(&own.accelerations) {
                 *a += change;

@@ -37,6 +37,7 @@ use crate::balance::{largest_push, least_acceleration};
 use crate::link::Scales;
 use crate::loops::{first_loop, refuse_looped};
 use crate::refine::{Loads, relative};
+use crate::residual::worst_of;
 use crate::workspace::{require, same_model};
 use crate::{BodyForce, Error, Forces, Precision, Refinement, Residual, Solved, finite_results};
 use split::Fault;
@@ -295,7 +296,7 @@ impl DcaWorkspace {
         in_tree!(&mut self.trees, tree => tree.substitute(values, threads));
     }
 
-    /// Corrects the solution once, or adds the response to other loads.
+    /// Corrects the solution once, or finds the response to other loads.
     pub(crate) fn correct(&mut self, forces: &Forces, loads: Loads) -> Result<Refinement, Error> {
         require(self.computed, "accelerations", "dca")?;
         forces.check(&self.model)?;
@@ -412,7 +413,7 @@ impl<T: Real, L: Real> Tree<T, L> {
             let dof = dof as usize;
             qdd[dof] = own.to_f64() * scales[dof];
             largest = largest.max(qdd[dof].abs());
-            change = change.max(by.to_f64().abs() * scales[dof]);
+            change = worst_of(change, by.to_f64().abs() * scales[dof]);
         }
         relative(change, largest)
     }

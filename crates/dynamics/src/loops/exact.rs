@@ -35,12 +35,11 @@ impl Loops {
         if let Some(method) = ladder.method() {
             self.constrain(model, state, method)?;
         }
-        let (mut residual, mut error, mut before) = (0.0, 0.0, 1.0);
+        let (mut error, mut before) = (0.0, 1.0);
         for _ in 0..SWEEPS {
             let held = self.with_own(model, forces);
             let solved = ladder.solve(model, state, held)?;
             self.take_accelerations(model, state, solved);
-            residual = self.left();
             let mut change = 0.0;
             if let Some(method) = ladder.method() {
                 change = self.correct(method, least);
@@ -56,6 +55,8 @@ impl Loops {
             }
             before = change;
         }
+        self.evaluate_accelerations();
+        let residual = self.left();
         if let Some(method) = ladder.method() {
             error = error.max(NOISE * self.rounding(method, least));
         }

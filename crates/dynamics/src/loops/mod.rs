@@ -213,9 +213,14 @@ impl Loops {
     fn take_accelerations(&mut self, model: &Model, state: &State, given: &[f64]) {
         for (k, &given) in given.iter().enumerate() {
             self.qdd[k] = given / self.scales.acceleration[k];
-            self.kinematics.u[k] = self.qdd[k];
         }
         self.place(model, state);
+        self.evaluate_accelerations();
+    }
+
+    /// The loops' second rates under the accelerations at hand.
+    fn evaluate_accelerations(&mut self) {
+        self.kinematics.u.copy_from_slice(&self.qdd);
         self.kinematics.accelerate();
         self.evaluate(true);
     }

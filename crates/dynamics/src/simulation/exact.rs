@@ -6,7 +6,7 @@
 //! part (`judge.rs`).
 
 use super::judge::Judge;
-use crate::tolerance::ROUNDING;
+use crate::tolerance::{ROUNDING, check_tolerance};
 use crate::{Achieved, Algorithm, Error, Forces, Precision, Refinement, cost, gpu};
 use vertebra_assembly::{Model, State};
 
@@ -69,9 +69,7 @@ impl Exact {
     /// [`Error::ToleranceRange`].
     pub(super) fn new(model: &Model, has_f64: bool, tolerance: f64) -> Result<Self, Error> {
         use Precision::{F32, F64};
-        if !(tolerance.is_finite() && tolerance >= f64::EPSILON) {
-            return Err(Error::ToleranceRange { tolerance });
-        }
+        check_tolerance(tolerance)?;
         let rung = |chunks, tree, sweeps| Rung {
             chunks,
             tree,

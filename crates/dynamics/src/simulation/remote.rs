@@ -70,6 +70,7 @@ impl Remote {
         if options.algorithm == Some(Algorithm::Aba) {
             return Err(unavailable("the articulated-body algorithm for one model"));
         }
+        options.check_decided()?;
         let own = gpu::Options {
             schedule: options.schedule.or(self.options.schedule),
             ..self.options
@@ -78,6 +79,7 @@ impl Remote {
             let options = gpu::Options {
                 chunks: Some(options.precision),
                 tree: Some(options.tree.unwrap_or(options.precision)),
+                sweeps: options.sweeps,
                 ..own
             };
             let simulation = self.simulation.with_options(model, &options)?;
