@@ -111,6 +111,16 @@ impl Rect {
         }
     }
 
+    /// The rectangle about a level or upright line, of the given half width.
+    pub(super) fn along([from, to]: [Point; 2], half: f64) -> Self {
+        Self {
+            left: from.0.min(to.0) - half,
+            top: from.1.min(to.1) - half,
+            right: from.0.max(to.0) + half,
+            bottom: from.1.max(to.1) + half,
+        }
+    }
+
     /// Whether the two share more than an edge.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         self.left < other.right

@@ -17,6 +17,8 @@ use crate::table::format::count;
 const LABELS: f64 = 56.0;
 /// Widest name of a method as a label \[px\].
 const NAME: f64 = 200.0;
+/// Room for labels at the right of the data where there is no legend \[px\].
+const BESIDE: f64 = 40.0;
 /// Heading of the strip for errors of zero.
 pub(super) const EXACT: &str = "← exactly 0";
 /// Lines from a point to a label that found no room beside it.
@@ -169,38 +171,54 @@ pub(super) fn figure(title: String, labels: Labels, rows: &[&Row]) -> Option<Fig
             }
         }
     }
-    if is_one_contest(rows) {
-        front(&mut frame.figure, &inexact, place);
+    let front = if is_one_contest(rows) {
+        front(&inexact, place)
+    } else {
+        Vec::new()
+    };
+    for part in &front {
+        frame.figure.line(part, LEADER, 1.5);
     }
     let which = match labels {
         Labels::Size if is_one_contest(rows) => |point: &DataPoint<'_>| point.on_front,
         Labels::Size => |_: &DataPoint<'_>| false,
         Labels::Method => |_: &DataPoint<'_>| true,
     };
-    draw_labelled(&mut frame.figure, &inexact, place, &plane, which);
+    let bounds = match labels {
+        Labels::Size => plane,
+        Labels::Method => Rect {
+            right: plane.right + BESIDE,
+            ..plane
+        },
+    };
+    draw_labelled(&mut frame.figure, &inexact, place, &front, &bounds, which);
     Some(frame.figure)
 }
 
-/// A line along the front, which no point is beyond.
-fn front(figure: &mut Figure, points: &[DataPoint<'_>], place: impl Fn(&DataPoint<'_>) -> Point) {
+/// The parts, level and upright, of a line along the front, which no point is beyond.
+fn front(points: &[DataPoint<'_>], place: impl Fn(&DataPoint<'_>) -> Point) -> Vec<[Point; 2]> {
     let mut front: Vec<&DataPoint<'_>> = points.iter().filter(|point| point.on_front).collect();
     front.sort_by(|a, b| a.error.total_cmp(&b.error));
-    for ends in front.windows(2) {
+    let parts = |ends: &[&DataPoint<'_>]| {
         // Up where it gets faster: to the left of that nothing is.
-        let [(x, y), (to_x, to_y)] = [place(ends[0]), place(ends[1])];
-        figure.line(&[(x, y), (to_x, y), (to_x, to_y)], LEADER, 1.5);
-    }
+        let [from, to] = [place(ends[0]), place(ends[1])];
+        let corner = (to.0, from.1);
+        [[from, corner], [corner, to]]
+    };
+    front.windows(2).flat_map(parts).collect()
 }
 
 fn same_series(one: &DataPoint<'_>, other: &DataPoint<'_>) -> bool {
     std::ptr::eq(one.series, other.series)
 }
 
-/// Draws the points, and within `bounds` the labels of the ends of each series and of `which` points.
+/// Draws the points, and within `bounds` the labels of the ends of each series and of `which` points, off these
+/// `lines`.
 fn draw_labelled(
     figure: &mut Figure,
     points: &[DataPoint<'_>],
     place: impl Fn(&DataPoint<'_>) -> Point,
+    lines: &[[Point; 2]],
     bounds: &Rect,
     which: fn(&DataPoint<'_>) -> bool,
 ) {
@@ -208,7 +226,9 @@ fn draw_labelled(
         let half = if point.on_front { RING } else { MARKER };
         Rect::around(place(point), half + 2.0)
     };
-    let markers: Vec<Rect> = points.iter().map(around).collect();
+    let along = |line: &[Point; 2]| Rect::along(*line, 1.0);
+    let markers = points.iter().map(around);
+    let obstacles: Vec<Rect> = markers.chain(lines.iter().map(along)).collect();
     let labelled: Vec<&DataPoint<'_>> = points
         .chunk_by(same_series)
         .flat_map(|curve| {
@@ -223,7 +243,7 @@ fn draw_labelled(
         height: SMALL + 3.0,
     };
     let labels: Vec<Label> = labelled.iter().map(label).collect();
-    let places = labels::place(&labels, &markers, bounds);
+    let places = labels::place(&labels, &obstacles, bounds);
     for (label, place) in labels.iter().zip(&places) {
         if let Some(end) = place.and_then(|place| labels::leader_end(label.point, &place)) {
             figure.line(&[label.point, end], LEADER, 1.0);
