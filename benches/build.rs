@@ -1,11 +1,6 @@
 //! Tells the program which commit it is built from, so that each row of results names it: that of the environment's
 //! `VERTEBRA_COMMIT`, or of the repository where there is one.
 
-#![expect(
-    clippy::print_stdout,
-    reason = "a build script talks to cargo on stdout"
-)]
-
 use std::env;
 use std::process::Command;
 
