@@ -151,3 +151,72 @@ impl Curves {
         Some(frame.figure)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::figure::{Color, Point, Shape};
+
+    fn curve(turn: usize, points: &[(f64, f64)], bars: &[(f64, f64)]) -> Curve {
+        Curve {
+            label: format!("number {turn}"),
+            turn,
+            points: points.to_vec(),
+            bars: bars.to_vec(),
+        }
+    }
+
+    fn figure(curves: Vec<Curve>) -> Option<Figure> {
+        let curves = Curves {
+            title: "curves".to_owned(),
+            subtitle: String::new(),
+            vertical: ("error".to_owned(), Unit::Number),
+            horizontal: ("bodies".to_owned(), Unit::Count),
+            remark: String::new(),
+            curves,
+        };
+        curves.figure()
+    }
+
+    /// The data points in the order they are drawn: an entry of the legend for each curve, then the curves'.
+    fn markers(figure: &Figure) -> Vec<(Point, Color)> {
+        let marker = |shape: &Shape| match shape {
+            Shape::Marker { at, color, .. } => Some((*at, *color)),
+            _ => None,
+        };
+        figure.shapes.iter().filter_map(marker).collect()
+    }
+
+    #[test]
+    fn a_curve_looks_the_same_whichever_others_have_points() {
+        let points = [(1.0, 1.0), (2.0, 4.0)];
+        let colors = |first: &[(f64, f64)]| -> Vec<Color> {
+            let figure = figure(vec![curve(0, first, &[]), curve(1, &points, &[])]).unwrap();
+            markers(&figure)
+                .into_iter()
+                .map(|(_, color)| color)
+                .collect()
+        };
+        let both = colors(&points);
+        let (first, second) = (both[0], both[1]);
+        assert_ne!(first, second);
+        assert_eq!(both, [first, second, first, first, second, second]);
+        assert_eq!(colors(&[(1.0, 0.0)]), [second; 3]);
+        assert!(figure(vec![curve(0, &[], &[])]).is_none());
+    }
+
+    #[test]
+    fn curves_with_bars_lie_side_by_side() {
+        let (points, bars) = ([(32.0, 1e-14), (128.0, 2e-14)], [(32.0, 1e-12)]);
+        let figure = figure(vec![curve(0, &points, &bars), curve(1, &points, &bars)]).unwrap();
+        let places: Vec<Point> = markers(&figure).into_iter().map(|(at, _)| at).collect();
+        let [_, _, first, _, second, _] = places[..] else {
+            panic!("{places:?}")
+        };
+        assert_eq!((first.0 + ASIDE, first.1), second);
+        for (x, y) in [first, second] {
+            let is_bar = |shape: &&Shape| matches!(shape, Shape::Line { points, .. } if points[..] == [(x, y), (x, points[1].1)]);
+            assert_eq!(figure.shapes.iter().filter(is_bar).count(), 1);
+        }
+    }
+}

@@ -68,37 +68,11 @@ pub(super) fn figure(title: String, labels: Labels, rows: &[&Row]) -> Option<Fig
             }));
         }
     }
-    let kind = match labels {
-        Labels::Size if is_one_contest(rows) => &format!(
-            "{}, at the ends of each series and ringed",
-            rows[0].size_unit
-        ),
-        Labels::Size => "size, at the ends of each series",
-        Labels::Method => "method, precision of chunks/joins, and what computes",
-    };
-    let columns = if points.iter().any(|point| point.error == 0.0) {
-        ", and columns at exactly 0"
-    } else {
-        ""
-    };
-    let mut remark = format!("Labels{columns}: {kind}. Best is at the top left.");
-    if points.iter().any(|point| point.on_front) {
-        remark
-            .push_str(" Ringed: of one input and question, nothing is both faster and more exact.");
-    }
-    if points.len() < rows.len() {
-        remark.push_str(&format!(
-            " Rows without {}, not drawn: {}.",
-            measure.name,
-            rows.len() - points.len()
-        ));
-    }
-    remark.push_str(explained(rows));
     let titles = Titles {
         title,
         subtitle: devices(rows),
         vertical: Some(&format!("speed [{} per second]", work(rows[0]).1)),
-        remark,
+        remark: remark(labels, measure, rows, &points),
     };
     let has_points = |series: &&Series<'_>| series.rows.iter().any(|row| error(row).is_some());
     let drawn = match labels {
@@ -193,6 +167,37 @@ pub(super) fn figure(title: String, labels: Labels, rows: &[&Row]) -> Option<Fig
     };
     draw_labelled(&mut frame.figure, &inexact, place, &front, &bounds, which);
     Some(frame.figure)
+}
+
+/// What stands at the foot.
+fn remark(labels: Labels, measure: &Measure, rows: &[&Row], points: &[DataPoint<'_>]) -> String {
+    let kind = match labels {
+        Labels::Size if is_one_contest(rows) => &format!(
+            "{}, at the ends of each series and ringed",
+            rows[0].size_unit
+        ),
+        Labels::Size => "size, at the ends of each series",
+        Labels::Method => "method, precision of chunks/joins, and what computes",
+    };
+    let columns = if points.iter().any(|point| point.error == 0.0) {
+        ", and columns at exactly 0"
+    } else {
+        ""
+    };
+    let mut remark = format!("Labels{columns}: {kind}. Best is at the top left.");
+    if points.iter().any(|point| point.on_front) {
+        remark
+            .push_str(" Ringed: of one input and question, nothing is both faster and more exact.");
+    }
+    if points.len() < rows.len() {
+        remark.push_str(&format!(
+            " Rows without {}, not drawn: {}.",
+            measure.name,
+            rows.len() - points.len()
+        ));
+    }
+    remark.push_str(explained(rows));
+    remark
 }
 
 /// The parts, level and upright, of a line along the front, which no point is beyond.
