@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn each_scenario_has_its_table_its_notes_and_its_plots() {
-        let mut rows: Vec<Row> = [128, 256]
+        let mut rows: Vec<Row> = [128, 256, 512]
             .into_iter()
             .map(|size| Row {
                 reference_time_s: Some(34.74e-3),
@@ -131,7 +131,7 @@ mod tests {
         assert!(place("](plots/time-chain.svg)") < place("## star"));
         assert!(place("34.7 ms") < place("347x") && text.contains("thesis"));
         assert!(place("## star") < place("## Across scenarios"));
-        assert!(place("## How to read") > place("](plots/time-across-bodies.svg)"));
-        assert!(!to_markdown(&rows[2..], &[]).contains("thesis"));
+        assert!(place("## How to read") > place("](plots/across-bodies-forward-error.svg)"));
+        assert!(!to_markdown(&rows[3..], &[]).contains("thesis"));
     }
 }

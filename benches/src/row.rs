@@ -63,7 +63,8 @@ pub struct Row {
     pub note: String,
     /// Version of the benchmark.
     pub version: String,
-    /// Commit the benchmark was built from, where the build knew it.
+    /// Commit the benchmark was built from and its date, where the build knew it: `1a2b3c4d5e6f of 2026-01-31`,
+    /// with `-dirty` where it had changes.
     pub commit: Option<String>,
 }
 

@@ -224,13 +224,9 @@ pub(crate) fn by_scenario(rows: &[Row]) -> Vec<(&str, Vec<&Row>)> {
 pub(crate) fn machines(rows: &[Row]) -> Vec<String> {
     let mut lines = Vec::new();
     for row in rows {
-        let commit = row
-            .commit
-            .as_ref()
-            .map(|commit| format!(" ({commit})"))
-            .unwrap_or_default();
+        let commit = row.commit.as_deref().unwrap_or("commit unknown");
         let line = format!(
-            "{}, {}, vertebra {}{commit}",
+            "{}, {}, vertebra {} ({commit})",
             row.device, row.os, row.version
         );
         if !lines.contains(&line) {
@@ -306,11 +302,13 @@ mod tests {
             device: "Other CPU".to_owned(),
             ..row("cup x bowl", "bvh", "-", 39_795_000, 5e-3)
         });
+        rows[0].commit = Some("1a2b3c4d5e6f of 2026-01-31".to_owned());
         let text = to_table(&rows);
         assert!(
             text.contains("Test CPU") && text.contains("Other CPU"),
             "{text}"
         );
+        assert!(text.contains("(1a2b3c4d5e6f of 2026-01-31)"), "{text}");
         assert!(
             text.contains("\ncup x bowl (size in") && text.contains("1039/0"),
             "{text}"

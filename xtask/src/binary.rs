@@ -31,7 +31,7 @@ pub(crate) fn run(command: &str, arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// How the program is built.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy)]
 pub(crate) enum Build {
     /// To measure with.
     Release,
@@ -46,14 +46,10 @@ pub(crate) fn build(sh: &Shell, how: Build) -> Result<PathBuf> {
         // Without the tests what they depend on would have fewer features, and be compiled again.
         Build::Tested => &["--workspace", "--all-features", "--bins", "--tests"],
     };
-    let mut build = cmd!(
+    let build = cmd!(
         sh,
         "cargo build {options...} --message-format json-render-diagnostics"
     );
-    // It is for the rows of results, and the program would be compiled anew for it.
-    if let (Build::Release, Some(commit)) = (how, commit(sh)) {
-        build = build.env("VERTEBRA_COMMIT", commit);
-    }
     let messages = build.read()?;
     executable(&messages, "vertebra-bench")
         .context("cargo built vertebra-bench but did not say where it lies")
@@ -70,17 +66,6 @@ pub(crate) fn executable(messages: &str, name: &str) -> Option<PathBuf> {
             is_asked.then_some(())?;
             message["executable"].as_str().map(PathBuf::from)
         })
-}
-
-/// The commit of the working tree, marked when it has changes; `None` outside a repository.
-fn commit(sh: &Shell) -> Option<String> {
-    let describe = cmd!(sh, "git describe --always --dirty --abbrev=12 --exclude *");
-    describe
-        .quiet()
-        .ignore_stderr()
-        .read()
-        .ok()
-        .filter(|commit| !commit.is_empty())
 }
 
 /// Becomes the command, so that Ctrl-C reaches it alone and nothing stands between it and the

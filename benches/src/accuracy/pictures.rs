@@ -77,13 +77,16 @@ fn frame(entries: &[Entry]) -> Curves {
     };
     Curves {
         title: String::new(),
-        subtitle: format!("Medians of {seeds} seeds, against the reference precision"),
+        subtitle: format!(
+            "Medians of {seeds} seeds, and bars to the largest, against the reference precision"
+        ),
         vertical: (
             "forward error, relative to the largest reference value".to_owned(),
             Unit::Number,
         ),
         horizontal: (String::new(), Unit::Number),
-        remark: "A number after + counts corrections. Where most problems are refused there is no point."
+        remark: "A number after + counts corrections. Where most problems are refused there is no point. Curves lie a \
+                 little side by side, so that none hides another."
             .to_owned(),
         curves: Vec::new(),
     }
@@ -96,20 +99,29 @@ fn curves(
     x: impl Fn(&Entry) -> Option<f64>,
 ) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
+    // Those of all entries: a solver looks the same on each picture.
+    for entry in entries {
+        let label = label(entry);
+        if !curves.iter().any(|curve| curve.label == label) {
+            curves.push(Curve {
+                label,
+                turn: curves.len(),
+                points: Vec::new(),
+                bars: Vec::new(),
+            });
+        }
+    }
     for entry in entries.iter().filter(filter) {
-        let label = format!("{} {}", entry.method, entry.precision);
         let (Some(x), Some(median)) = (x(entry), entry.median) else {
             continue;
         };
         if 2 * entry.refused > entry.seeds {
             continue;
         }
-        match curves.iter_mut().find(|curve| curve.label == label) {
-            Some(curve) => curve.points.push((x, median)),
-            None => curves.push(Curve {
-                label,
-                points: vec![(x, median)],
-            }),
+        let is_its = |curve: &&mut Curve| curve.label == label(entry);
+        if let Some(curve) = curves.iter_mut().find(is_its) {
+            curve.points.push((x, median));
+            curve.bars.extend(entry.max.map(|max| (x, max)));
         }
     }
     for curve in &mut curves {
@@ -117,6 +129,11 @@ fn curves(
     }
     curves.retain(|curve| curve.points.len() > 1);
     curves
+}
+
+/// Name of a solver.
+fn label(entry: &Entry) -> String {
+    format!("{} {}", entry.method, entry.precision)
 }
 
 /// The ratio in a pattern's name: 1 of equal masses.

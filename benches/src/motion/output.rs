@@ -115,22 +115,28 @@ fn small(run: &Run) -> Option<f64> {
     run.trajectory_error.filter(|error| *error < 1.0)
 }
 
+/// The length of a step \[s\].
+fn step(run: &Run) -> f64 {
+    1.0 / f64::from(run.steps_per_second)
+}
+
 /// Convergence, work against precision, energy against the step, and drift.
 fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
     let slug = scene.to_lowercase().replace(' ', "-").replace('\'', "");
-    let curves = |point: fn(&Run) -> Option<(f64, f64)>| -> Vec<Curve> {
-        let of = |(name, _): &(&str, _)| Curve {
+    let curves = |points: fn(&Run) -> Vec<(f64, f64)>| -> Vec<Curve> {
+        let of = |(turn, (name, _)): (usize, &(&str, _))| Curve {
             label: (*name).to_owned(),
+            turn,
             points: runs
                 .iter()
                 .filter(|run| run.integrator == *name)
-                .filter_map(|run| point(run))
+                .flat_map(|run| points(run))
                 .collect(),
+            bars: Vec::new(),
         };
-        INTEGRATORS.iter().map(of).collect()
+        INTEGRATORS.iter().enumerate().map(of).collect()
     };
     let seconds = runs.first().map_or(0.0, |run| run.seconds);
-    let step = |run: &Run| 1.0 / f64::from(run.steps_per_second);
     let number = |title: &str| (title.to_owned(), Unit::Number);
     let time = |title: &str| (title.to_owned(), Unit::Seconds);
     let remark = "Runs that ended early and errors of 1 or more have no point.".to_owned();
@@ -145,7 +151,12 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 vertical: number(trajectory),
                 horizontal: time("step"),
                 remark: remark.clone(),
-                curves: curves(|run| Some((1.0 / f64::from(run.steps_per_second), small(run)?))),
+                curves: curves(|run| {
+                    small(run)
+                        .map(|error| (step(run), error))
+                        .into_iter()
+                        .collect()
+                }),
             },
         ),
         (
@@ -156,7 +167,7 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 vertical: time("time of a simulated second"),
                 horizontal: number(trajectory),
                 remark,
-                curves: curves(|run| Some((small(run)?, run.time_per_second?))),
+                curves: curves(|run| small(run).zip(run.time_per_second).into_iter().collect()),
             },
         ),
         (
@@ -168,8 +179,8 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 horizontal: time("step"),
                 remark: "Runs that ended early have no point.".to_owned(),
                 curves: curves(|run| {
-                    let whole = run.ended.is_none();
-                    whole.then_some((1.0 / f64::from(run.steps_per_second), run.energy_error))
+                    let error = run.ended.is_none().then_some(run.energy_error);
+                    error.map(|error| (step(run), error)).into_iter().collect()
                 }),
             },
         ),
@@ -182,9 +193,11 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 horizontal: time("step"),
                 remark: "Runs that ended early have no point.".to_owned(),
                 curves: curves(|run| {
-                    let whole = run.ended.is_none();
-                    let violation = run.violation.filter(|_| whole)?;
-                    Some((1.0 / f64::from(run.steps_per_second), violation))
+                    let violation = run.violation.filter(|_| run.ended.is_none());
+                    violation
+                        .map(|violation| (step(run), violation))
+                        .into_iter()
+                        .collect()
                 }),
             },
         ),
@@ -196,13 +209,10 @@ fn pictures(scene: &str, runs: &[&Run]) -> Vec<Plot> {
                 vertical: number(energy),
                 horizontal: time("simulated time"),
                 remark: "The largest until then: a flat line is no drift.".to_owned(),
-                curves: (runs.iter())
-                    .filter(|run| (step(run) - 1.0 / 256.0).abs() < 1e-12)
-                    .map(|run| Curve {
-                        label: run.integrator.clone(),
-                        points: run.drift.clone(),
-                    })
-                    .collect(),
+                curves: curves(|run| match run.steps_per_second {
+                    256 => run.drift.clone(),
+                    _ => Vec::new(),
+                }),
             },
         ),
     ];

@@ -4,7 +4,7 @@
 use super::axis::{LogAxis, count_label, power_label, seconds_label};
 use super::figure::{Figure, Point};
 use super::frame::{Frame, HEIGHT, Legend, Titles, devices, times};
-use super::series::{Published, Series, published, series};
+use super::series::{Published, Series, explained, published, series};
 use crate::row::Row;
 
 /// Room for labels such as `500 µs` \[px\].
@@ -92,11 +92,11 @@ fn figure(
         title: format!("{scenario}: {} against size", quantity.name),
         subtitle: devices(rows),
         vertical: Some(quantity.axis),
-        horizontal: &format!("size [{}]", rows[0].size_unit),
-        remark: quantity.remark.to_owned(),
+        remark: format!("{}{}", quantity.remark, explained(rows)),
     };
     let legend = Legend::of_lines(series, published);
     let mut frame = Frame::new(&titles, &legend, HEIGHT, LABELS);
+    frame.horizontal_title(&format!("size [{}]", rows[0].size_unit));
     let area = frame.area;
 
     let values = (quantity.all)(rows);

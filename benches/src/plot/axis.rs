@@ -30,6 +30,20 @@ impl LogAxis {
         }
     }
 
+    /// The axis with its ends at least this ratio apart, moved by powers of ten in turn.
+    pub(super) fn widened(mut self, least_ratio: f64) -> Self {
+        let mut is_low_next = true;
+        while self.high / self.low < least_ratio * (1.0 - 1e-9) {
+            if is_low_next {
+                self.low *= 0.1;
+            } else {
+                self.high *= 10.0;
+            }
+            is_low_next = !is_low_next;
+        }
+        self
+    }
+
     /// The axis over positive `values` between two places \[px\], from the least to the greatest
     /// with a margin.
     pub(super) fn binary(values: impl IntoIterator<Item = f64>, (from, to): (f64, f64)) -> Self {
@@ -238,6 +252,18 @@ mod tests {
                 axis.decimal_ticks(9)
             );
         }
+    }
+
+    #[test]
+    fn a_widened_axis_has_its_data_in_the_middle() {
+        let axis = LogAxis::decimal([1e-14, 1e-13], (0.0, 100.0));
+        assert_eq!(axis.widened(10.0).low, axis.low);
+        let wide = axis.widened(1e4);
+        assert!((wide.high / wide.low / 1e4 - 1.0).abs() < 1e-9, "{wide:?}");
+        assert!(
+            wide.place(1e-14) > 30.0 && wide.place(1e-13) < 80.0,
+            "{wide:?}"
+        );
     }
 
     #[test]

@@ -4,10 +4,13 @@ use std::sync::Once;
 
 use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 
-use super::paint::BITMAP_HEIGHT_PER_EM;
+use super::paint::{BITMAP_HEIGHT_PER_EM, MARKER};
 
 /// A place in the picture \[px\].
 pub(super) type Point = (f64, f64);
+
+/// Radius of the ring about a point of a front \[px\].
+pub(super) const RING: f64 = MARKER + 3.5;
 
 /// An opaque colour, red, green, blue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -108,6 +111,16 @@ impl Rect {
         }
     }
 
+    /// The rectangle about a level or upright line, of the given half width.
+    pub(super) fn along([from, to]: [Point; 2], half: f64) -> Self {
+        Self {
+            left: from.0.min(to.0) - half,
+            top: from.1.min(to.1) - half,
+            right: from.0.max(to.0) + half,
+            bottom: from.1.max(to.1) + half,
+        }
+    }
+
     /// Whether the two share more than an edge.
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         self.left < other.right
@@ -190,6 +203,17 @@ impl Figure {
         });
     }
 
+    /// Adds a ring, which marks a data point as one of a front.
+    pub(super) fn ring(&mut self, (x, y): Point) {
+        const CORNERS: u32 = 32;
+        let corner = |index: u32| {
+            let angle = core::f64::consts::TAU * f64::from(index) / f64::from(CORNERS);
+            (x + RING * angle.cos(), y + RING * angle.sin())
+        };
+        let circle: Vec<Point> = (0..=CORNERS).map(corner).collect();
+        self.line(&circle, INK, 1.5);
+    }
+
     /// Adds a plain text.
     pub(super) fn text(&mut self, at: Point, text: &str, em: f64, color: Color, align: Align) {
         self.shapes.push(Shape::Text(Text {
@@ -253,6 +277,21 @@ pub(super) fn text_width(text: &str, em: f64, bold: bool) -> f64 {
     );
     font.box_size(text)
         .map_or(0.0, |(width, _)| f64::from(width) / zoom)
+}
+
+/// The text in as few lines as fit in `width` \[px\], broken between words.
+pub(super) fn wrap(text: &str, em: f64, width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if text_width(&format!("{line} {word}"), em, false) <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// The text, or as much of its beginning as fits in `width` \[px\] with an ellipsis.

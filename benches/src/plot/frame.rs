@@ -2,7 +2,7 @@
 
 use super::axis::LogAxis;
 use super::figure::{
-    Align, Color, Figure, GRID, INK, MUTED, Marker, PUBLISHED, Point, Rect, fit, text_width,
+    Align, Color, Figure, GRID, INK, MUTED, Marker, PUBLISHED, Point, Rect, fit, text_width, wrap,
 };
 use super::series::{Published, Series};
 use crate::row::Row;
@@ -10,7 +10,7 @@ use crate::row::Row;
 /// Width of every plot \[px\].
 const WIDTH: u32 = 1200;
 /// Height of a plot whose contents do not ask for another \[px\].
-pub(super) const HEIGHT: u32 = 800;
+pub(super) const HEIGHT: f64 = 800.0;
 /// Space around everything \[px\].
 const MARGIN: f64 = 32.0;
 /// Height of the titles above the data \[px\], and what the title of a vertical axis adds to it.
@@ -20,8 +20,9 @@ const VERTICAL_TITLE: f64 = 36.0;
 pub(super) const BELOW: f64 = 104.0;
 /// Font size of ticks and the legend \[px\].
 pub(super) const LABEL: f64 = 15.0;
-/// Font size of remarks \[px\].
+/// Font size of remarks, and from line to line of them \[px\].
 pub(super) const SMALL: f64 = 13.0;
+const REMARK_LINE: f64 = 18.0;
 /// Widest text in the legend \[px\].
 const LEGEND_TEXT: f64 = 250.0;
 /// Length of the marks between labelled ticks \[px\].
@@ -35,9 +36,7 @@ pub(super) struct Titles<'a> {
     pub(super) subtitle: String,
     /// Above the vertical axis; `None` when that has only names.
     pub(super) vertical: Option<&'a str>,
-    /// Below the horizontal axis.
-    pub(super) horizontal: &'a str,
-    /// At the foot.
+    /// At the foot, in as many lines as it needs.
     pub(super) remark: String,
 }
 
@@ -107,15 +106,23 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Draws texts and legend. `left` is the room for the labels of the vertical axis \[px\].
-    pub(super) fn new(titles: &Titles<'_>, legend: &Legend<'_>, height: u32, left: f64) -> Self {
+    /// Draws texts and legend. `height` is that with a remark of one line, `left` the room for the labels
+    /// of the vertical axis \[px\].
+    pub(super) fn new(titles: &Titles<'_>, legend: &Legend<'_>, height: f64, left: f64) -> Self {
+        let across = f64::from(WIDTH) - 2.0 * MARGIN;
+        let remark = wrap(&titles.remark, SMALL, across);
+        let further_lines = remark.len().saturating_sub(1) as f64;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a positive length in pixels"
+        )]
         let mut figure = Figure {
             title: titles.title.clone(),
             width: WIDTH,
-            height,
+            height: (height + REMARK_LINE * further_lines) as u32,
             shapes: Vec::new(),
         };
-        let across = f64::from(WIDTH) - 2.0 * MARGIN;
         figure.heading(
             (MARGIN, 36.0),
             &fit(&titles.title, 22.0, true, across),
@@ -134,7 +141,7 @@ impl Frame {
             figure.text((MARGIN, top + 8.0), vertical, LABEL, INK, Align::Left);
             top += VERTICAL_TITLE;
         }
-        let bottom = f64::from(height) - BELOW;
+        let bottom = height - BELOW;
         let legend_left = legend.draw(&mut figure, top, bottom - top);
         let area = Rect {
             left: MARGIN + left + 12.0,
@@ -142,22 +149,23 @@ impl Frame {
             right: legend_left - 28.0,
             bottom,
         };
-        let center = 0.5 * (area.left + area.right);
-        figure.text(
-            (center, area.bottom + 54.0),
-            titles.horizontal,
-            LABEL,
-            INK,
-            Align::Center,
-        );
-        figure.text(
-            (MARGIN, f64::from(height) - 20.0),
-            &fit(&titles.remark, SMALL, false, across),
-            SMALL,
-            MUTED,
-            Align::Left,
-        );
+        for (line, y) in remark.iter().zip(0..) {
+            let y = height - 20.0 + REMARK_LINE * f64::from(y);
+            figure.text((MARGIN, y), line, SMALL, MUTED, Align::Left);
+        }
         Self { figure, area }
+    }
+
+    /// Draws the title of the horizontal axis below its labels.
+    pub(super) fn horizontal_title(&mut self, title: &str) {
+        let Rect {
+            left,
+            right,
+            bottom,
+            ..
+        } = self.area;
+        let center = (0.5 * (left + right), bottom + 54.0);
+        self.figure.text(center, title, LABEL, INK, Align::Center);
     }
 
     /// Draws horizontal grid lines at the labelled ticks, the labels beside them, and marks between
@@ -180,12 +188,7 @@ impl Frame {
     /// Draws vertical grid lines at the labelled ticks, the labels below them, and marks between
     /// them.
     pub(super) fn horizontal_axis(&mut self, axis: &LogAxis, label: fn(f64) -> String) {
-        let ticks: Vec<_> = axis
-            .decimal_ticks(10)
-            .into_iter()
-            .map(|value| (axis.place(value), label(value)))
-            .collect();
-        self.horizontal_ticks(&ticks);
+        self.horizontal_ticks(&ticks(axis, label));
         let bottom = self.area.bottom;
         for value in axis.minor_ticks() {
             let x = axis.place(value);
@@ -208,16 +211,23 @@ impl Frame {
         self.figure.line(&[(x, top), (x, bottom)], GRID, 1.0);
     }
 
-    /// Draws labels below the data, centred at the given places; a label that would touch the one
-    /// before is left out.
+    /// Draws labels below the data, centred at the given places.
     pub(super) fn labels_below(&mut self, labels: &[(f64, String)]) {
-        let bottom = self.area.bottom;
+        self.labels(labels, self.area.bottom + 22.0);
+    }
+
+    /// Draws the labels of a horizontal axis above the data too.
+    pub(super) fn labels_above(&mut self, axis: &LogAxis, label: fn(f64) -> String) {
+        self.labels(&ticks(axis, label), self.area.top - 14.0);
+    }
+
+    /// Draws labels side by side; one that would touch the one before is left out.
+    fn labels(&mut self, labels: &[(f64, String)], y: f64) {
         let mut free = f64::NEG_INFINITY;
         for (x, label) in labels {
             let half = 0.5 * text_width(label, LABEL, false);
             if x - half >= free {
-                self.figure
-                    .text((*x, bottom + 22.0), label, LABEL, INK, Align::Center);
+                self.figure.text((*x, y), label, LABEL, INK, Align::Center);
                 free = x + half + 10.0;
             }
         }
@@ -258,6 +268,14 @@ impl Frame {
                 .line(&[(x - dx, y - dy), (x + dx, y + dy)], color, 1.0);
         }
     }
+}
+
+/// Where the labelled ticks of an axis lie, and their labels.
+fn ticks(axis: &LogAxis, label: fn(f64) -> String) -> Vec<(f64, String)> {
+    let values = axis.decimal_ticks(10).into_iter();
+    values
+        .map(|value| (axis.place(value), label(value)))
+        .collect()
 }
 
 /// The processors of the rows.

@@ -98,6 +98,16 @@ pub(super) fn series<'a>(rows: &[&'a Row]) -> Vec<Series<'a>> {
     series
 }
 
+/// What names of methods among these rows mean that does not show, after a space; empty for nothing.
+pub(super) fn explained(rows: &[&Row]) -> &'static str {
+    let has = |method: &str| (rows.iter()).any(|row| row.backend == "gpu" && row.method == method);
+    if has("step-16") {
+        " On a GPU, step-16 is one of sixteen steps submitted together, step one alone."
+    } else {
+        ""
+    }
+}
+
 /// Colour and marker of a curve by its turn: colours first.
 pub(super) fn nth_look(index: usize) -> (Color, (Marker, bool)) {
     let marker = MARKERS[index % MARKERS.len()];

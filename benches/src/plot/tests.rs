@@ -187,36 +187,15 @@ fn every_row_is_a_point_and_every_label_is_there() {
 }
 
 #[test]
-fn questions_that_every_method_answers_exactly_are_left_out_of_errors() {
-    let mut rows = meshes();
-    for row in &mut rows {
-        row.method.push_str("-pairs");
-    }
-    let any: Vec<Row> = rows
-        .iter()
-        .filter(|row| row.wrong_pairs() == Some(0))
-        .cloned()
-        .collect();
-    rows.extend(any.into_iter().map(|row| Row {
-        method: row.method.replace("pairs", "any"),
-        ..row
-    }));
-    let both = plots(&rows);
-    let mentions =
-        |plot: &Plot, word: &str| texts(plot).iter().any(|text| text.text.contains(word));
-    assert!(mentions(&both[0], "bvh-any") && !mentions(&both[1], "bvh-any"));
-    assert!(mentions(&both[1], "no answer is wrong: any."));
-    rows.retain(|row| row.wrong_pairs() == Some(0));
-    assert!(
-        mentions(&plots(&rows)[1], "bvh-any"),
-        "no error at all: everything is drawn"
-    );
-}
-
-#[test]
-fn scenarios_of_one_size_share_plots_by_unit() {
+fn scenarios_without_curves_share_plots_by_unit_and_figure_of_error() {
     let mut rows = meshes();
     rows.push(row("single arm", "aba", "f64", 7, 1e-6));
+    rows.push(row("single arm", "aba", "f64", 14, 2e-6));
+    rows.push(Row {
+        error_forward: None,
+        error_residual: Some(1e-9),
+        ..row("loops four-bar", "step", "f64", 3, 1e-6)
+    });
     let shared: Vec<_> = plots(&rows)
         .iter()
         .map(|plot| (plot.scenario().is_none(), plot.svg_path()))
@@ -224,19 +203,129 @@ fn scenarios_of_one_size_share_plots_by_unit() {
     assert_eq!(
         shared,
         [
-            (true, "plots/time-across-triangle-pairs.svg".to_owned()),
-            (true, "plots/error-across-triangle-pairs.svg".to_owned()),
-            (true, "plots/time-across-bodies.svg".to_owned()),
-            (true, "plots/error-across-bodies.svg".to_owned()),
+            (
+                true,
+                "plots/across-triangle-pairs-wrong-pairs.svg".to_owned()
+            ),
+            (true, "plots/across-bodies-forward-error.svg".to_owned()),
+            (true, "plots/across-bodies-opening.svg".to_owned()),
         ]
     );
+}
+
+#[test]
+fn a_line_of_a_scenario_has_its_time_and_its_error() {
+    let mut rows = meshes();
+    for row in &mut rows {
+        row.method = match row.method.as_str() {
+            "all pairs" => "exact-pairs".to_owned(),
+            "bvh" => "moller0-pairs".to_owned(),
+            _ => "moller-pairs".to_owned(),
+        };
+    }
+    let [plot] = plots(&rows).try_into().unwrap();
+    let shapes = || plot.figure.shapes.iter();
+    let markers = shapes().filter(|shape| matches!(shape, Shape::Marker { .. }));
+    let published = rows.iter().filter(|row| row.reference_time_s.is_some());
+    assert_eq!(markers.count(), 2 * rows.len() + published.count());
+    for text in [
+        "cup x bowl",
+        "39 795 000 triangle pairs",
+        "moller-pairs f32",
+    ] {
+        assert!(
+            texts(&plot).iter().any(|other| other.text == text),
+            "{text}"
+        );
+    }
+    // Of each scenario the fastest method, which is exact; `moller-pairs` is wrong as well as slower.
+    let rings =
+        shapes().filter(|shape| matches!(shape, Shape::Line { points, .. } if points.len() > 10));
+    assert_eq!(rings.count(), 2 * 3);
+}
+
+#[test]
+fn errors_that_do_not_tell_rows_apart_are_not_drawn() {
+    let mut rows = chain();
+    for row in &mut rows {
+        row.error_forward = Some(0.0);
+    }
+    let paths: Vec<_> = plots(&rows).iter().map(Plot::svg_path).collect();
+    assert_eq!(paths, ["plots/time-chain.svg"]);
+    let mut rows = meshes();
+    rows.retain(|row| row.wrong_pairs() == Some(0));
+    let [plot] = plots(&rows).try_into().unwrap();
+    let mentions = |word: &str| texts(&plot).iter().any(|text| text.text.contains(word));
+    assert!(mentions("all are exactly 0: wrong pairs") && !mentions("false and missed"));
+}
+
+#[test]
+fn many_ways_are_drawn_question_by_question_and_size_by_size() {
+    let mut rows = Vec::new();
+    for (method, threads) in (1..=9).map(|threads| ("dca", threads)).chain([("step", 1)]) {
+        for size in [128, 256, 512] {
+            let time = 1e-6 * size as f64 / threads as f64;
+            rows.push(Row {
+                threads,
+                ..row("chain", method, "f64", size, time)
+            });
+        }
+    }
+    let paths: Vec<_> = plots(&rows).iter().map(Plot::svg_path).collect();
+    assert_eq!(
+        paths,
+        [
+            "plots/time-chain-forward-dynamics.svg",
+            "plots/error-chain-forward-dynamics-128.svg",
+            "plots/error-chain-forward-dynamics-256.svg",
+            "plots/error-chain-forward-dynamics-512.svg",
+            "plots/error-size-chain-forward-dynamics.svg",
+            "plots/time-chain-a-whole-step.svg",
+            "plots/error-chain-a-whole-step.svg",
+            "plots/error-size-chain-a-whole-step.svg",
+        ]
+    );
+}
+
+#[test]
+fn a_size_that_is_a_setting_is_no_work_and_has_one_front() {
+    let rows =
+        [(1, 3e-3, 1e-13), (8, 1e-3, 1e-12), (64, 2e-3, 1e-11)].map(|(size, time, error)| Row {
+            size_unit: "joints a chunk".to_owned(),
+            error_forward: Some(error),
+            ..row("chunks", "dca", "f64", size, time)
+        });
+    let plots = plots(&rows);
+    let plot = &plots[1];
+    let labels: Vec<&str> = texts(plot).iter().map(|text| text.text.as_str()).collect();
+    assert!(labels.contains(&"speed [calls per second]"), "{labels:?}");
+    // The ends of the series, and between them the one that is ringed.
+    assert!(
+        ["1", "8", "64"].iter().all(|size| labels.contains(size)),
+        "{labels:?}"
+    );
+    let is_ring = |shape: &&Shape| matches!(shape, Shape::Line { points, .. } if points.len() > 10);
+    assert_eq!(plot.figure.shapes.iter().filter(is_ring).count(), 2);
+}
+
+#[test]
+fn a_long_remark_is_wrapped() {
+    let words = "one two three four five ".repeat(20);
+    let lines = figure::wrap(&words, 13.0, 300.0);
+    assert!(lines.len() > 5);
+    assert!(
+        lines
+            .iter()
+            .all(|line| text_width(line, 13.0, false) <= 300.0)
+    );
+    assert_eq!(lines.join(" "), words.trim_end());
 }
 
 #[test]
 fn names_make_distinct_file_names() {
     let mut rows = Vec::new();
     for scenario in ["a b", "A-b", "../x", "µ"] {
-        rows.extend([1, 2].map(|size| row(scenario, "aba", "f64", size, 1e-6)));
+        rows.extend([1, 2, 4].map(|size| row(scenario, "aba", "f64", size, 1e-6)));
     }
     let paths = plots(&rows).into_iter().map(|plot| plot.png_path());
     let names: Vec<_> = paths
@@ -286,7 +375,7 @@ fn both_formats_show_the_picture() {
 
 #[test]
 fn a_title_with_markup_stays_text() {
-    let rows = [1, 2].map(|size| row("<b> & \"c\"", "aba", "f64", size, 1e-6));
+    let rows = [1, 2, 4].map(|size| row("<b> & \"c\"", "aba", "f64", size, 1e-6));
     let svg = plots(&rows)[0].svg().unwrap();
     assert!(svg.contains("&lt;b&gt; &amp; &quot;c&quot;: time against size"));
 }

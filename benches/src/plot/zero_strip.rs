@@ -9,7 +9,7 @@ use super::speed_error::DataPoint;
 const GAP: f64 = 20.0;
 /// Distance of lanes where the columns are wide enough \[px\].
 const LANE: f64 = 11.0;
-/// Largest part of the plot that the strip takes when there are other errors too \[1\].
+/// Largest part of the plot that the strip takes \[1\].
 const SHARE: f64 = 0.72;
 
 /// The strip.
@@ -25,8 +25,8 @@ pub(super) struct ZeroStrip<'a> {
 }
 
 impl<'a> ZeroStrip<'a> {
-    /// The strip of these points at the left of `area`; over all of it when it is `alone`.
-    pub(super) fn new(points: &'a [DataPoint<'a>], area: &Rect, alone: bool) -> Self {
+    /// The strip of these points at the left of `area`.
+    pub(super) fn new(points: &'a [DataPoint<'a>], area: &Rect) -> Self {
         let (mut columns, mut lanes) = (Vec::new(), Vec::new());
         for point in points {
             if !columns.contains(&point.label.as_str()) {
@@ -39,11 +39,7 @@ impl<'a> ZeroStrip<'a> {
         let labels = columns.iter().map(|label| text_width(label, LABEL, false));
         let wanted = labels.fold(LANE * lanes.len() as f64, f64::max) + GAP;
         let available = (area.right - area.left) / columns.len().max(1) as f64;
-        let width = if alone {
-            available
-        } else {
-            wanted.min(SHARE * available)
-        };
+        let width = wanted.min(SHARE * available);
         Self {
             columns,
             lanes,
