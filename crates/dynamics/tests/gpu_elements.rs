@@ -324,7 +324,7 @@ fn steps_with_elements_are_watched() {
             let options = options(*precisions, 4, 0);
             let mut simulation = Simulation::on_gpu(&device, model.clone(), &options).unwrap();
             if let Some(monitor) = monitor {
-                simulation = simulation.with_monitor(monitor);
+                simulation = simulation.with_monitor(monitor).unwrap();
             }
             let moved = moved_by(&mut simulation, &state, 1e-3, 20);
             (simulation, moved)
