@@ -66,7 +66,9 @@ fn elements_act_between_loops() {
     }
     let gpu = Simulation::on_gpu(&device, model, &options(PRECISIONS[2])).unwrap();
     // Stops are met to the square root of what solutions are known to.
-    let mut gpu = gpu.with_monitor(Monitor::every(1, f64::EPSILON.sqrt()));
+    let mut gpu = gpu
+        .with_monitor(Monitor::every(1, f64::EPSILON.sqrt()))
+        .unwrap();
     let found = moved_by(&mut gpu, &state, 1e-3, 20);
     assert_alike(&found, &expected, 1e-6, "between loops");
     let monitor = gpu.monitor().unwrap();

@@ -44,7 +44,7 @@ fn mechanisms_are_watched() {
         let run = |tolerance: f64| {
             let simulation = Simulation::on_gpu(&device, model.clone(), &options(precisions));
             let monitor = Monitor::every(2, tolerance);
-            let mut simulation = simulation.unwrap().with_monitor(monitor);
+            let mut simulation = simulation.unwrap().with_monitor(monitor).unwrap();
             simulation.set_state(state.clone()).unwrap();
             simulation.steps(1e-3, 4).unwrap();
             simulation
