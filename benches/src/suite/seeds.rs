@@ -153,7 +153,7 @@ impl Bounds {
 }
 
 impl Bounds {
-    /// What a GPU may do. Its chunks have 4 joints, 16 in f64 with corrections and next to heavy bodies: more of what comes out of
+    /// What a GPU may do. Its chunks have 4 joints, 8 or 16 with corrections and next to heavy bodies: more of what comes out of
     /// f32 joins is left. Each correction takes out what joins, and masses inside a chunk, have lost, by the same factor
     /// again, down to the rounding of the bodies' equations.
     pub(super) fn on_gpu(case: &Case, entry: &Entry) -> Option<Self> {

@@ -9,14 +9,15 @@ use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
 
 /// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and beyond [`LONG_CHAIN`]
-/// bodies its joins are memory.
+/// bodies its joins are memory. Next to heavy bodies, and with corrections, accuracy counts.
 const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
 const LONG_CHAIN: usize = 8192;
 
-/// The same in f64 with corrections, or where light bodies carry heavy ones: the longer the chunks, the fewer joins lose
+/// The same with corrections where bodies weigh [`UNEVEN`] times others: the longer the chunks, the fewer joins lose
 /// digits in f32 (`docs/accuracy.md`).
 const EXACT_WINDOW: usize = 16;
+const UNEVEN: f64 = 16.0;
 
 /// Corrections after which a solution has all the digits of its chunks.
 const MOST_SWEEPS: usize = 3;
@@ -29,8 +30,9 @@ pub struct Options {
     /// Precision of the joins, at most that of the chunks; none for f32, or that of the chunks where masses differ by more than
     /// 1e4, massless bodies aside: light bodies beside heavy ones keep no digits in f32 there.
     pub tree: Option<Precision>,
-    /// How bodies are gathered into chunks; none for 4 joints each, or 8 of 8192 and more; with corrections, or where
-    /// bodies weigh 16 times those inboard of them, for 16 in f64 and 8 in f32.
+    /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
+    /// 8192 and more, where bodies weigh 16 times those inboard of them, or with corrections, then 16 where any weighs 16
+    /// times another.
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
@@ -40,19 +42,17 @@ pub struct Options {
 }
 
 impl Options {
-    /// How the bodies are gathered into chunks of a precision.
-    pub(super) fn gathering(
-        &self,
-        model: &Model,
-        weights: &[f64],
-        chunks: Precision,
-    ) -> ScheduleOptions {
+    /// How the bodies are gathered.
+    pub(super) fn gathering(&self, model: &Model, weights: &[f64]) -> ScheduleOptions {
+        let is_corrected = self.sweeps > 0;
+        let is_short = model.bodies().len() < LONG_CHAIN && !is_corrected;
         // In a chunk of few joints a heavy body is no leaf, and its inertia drowns those of light ones before it.
-        let is_exact = self.sweeps > 0 || has_heavy_end(model, weights);
-        let window = match (is_exact, chunks) {
-            (true, Precision::F64) => EXACT_WINDOW,
-            (false, _) if model.bodies().len() < LONG_CHAIN => SHORT_WINDOW,
-            _ => WINDOW,
+        let window = if is_short && !has_heavy_end(model, weights) {
+            SHORT_WINDOW
+        } else if is_corrected && unevenness(model) > UNEVEN {
+            EXACT_WINDOW
+        } else {
+            WINDOW
         };
         self.schedule
             .unwrap_or(ScheduleOptions::with_window(window))
@@ -72,9 +72,11 @@ impl Options {
         };
         let chunks = self.chunks.unwrap_or(best);
         let tree = self.tree.unwrap_or_else(|| {
-            let masses = model.bodies().iter().map(|body| body.mass.mass);
-            let is_even = ratio(masses.filter(|&mass| mass > 0.0)) <= SPREAD;
-            if is_even { Precision::F32 } else { chunks }
+            if unevenness(model) <= SPREAD {
+                Precision::F32
+            } else {
+                chunks
+            }
         });
         for asked in [chunks, tree] {
             if asked == Precision::Reference || asked == Precision::F64 && !has_f64 {
@@ -93,4 +95,10 @@ impl Options {
         }
         Ok((chunks, tree))
     }
+}
+
+/// The largest ratio of the masses of bodies that have any.
+fn unevenness(model: &Model) -> f64 {
+    let masses = model.bodies().iter().map(|body| body.mass.mass);
+    ratio(masses.filter(|&mass| mass > 0.0))
 }

@@ -109,7 +109,7 @@ impl Simulation {
         let weights = plan::weights(model, tree.epsilon());
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
-        let gathering = options.gathering(model, &weights, chunks);
+        let gathering = options.gathering(model, &weights);
         let schedule = Schedule::of_tree(&parents, &cuts, &gathering)?;
         let plan = Plan::new(model, schedule, &weights);
         let scales = Scales::of_model(model);
