@@ -214,7 +214,6 @@ impl<'a, T: Real> Given<'a, T> {
 }
 
 /// Assembles a chunk; `rakes` gives what is raked onto a slot's body, about its handle point.
-///
 pub(super) fn assemble<T: Real, R: Iterator<Item = Rake<T>>>(
     given: &Given<'_, T>,
     chunk: usize,

@@ -19,6 +19,10 @@ use vertebra_spatial::{Force, Real};
 impl<T: Real, L: Real> Tree<T, L> {
     /// Down: the forces in the paths whose last join is of a round.
     pub(super) fn meet(&mut self, last: usize, descent: &Descent<'_, T>, parallel: bool) {
+        let joins = &self.plan.joins;
+        if !(self.plan.schedule.joins_in(last)).any(|join| joins[join].last == last) {
+            return;
+        }
         for round in (0..=last).rev() {
             self.part(last, round, Some(descent), parallel);
         }

@@ -17,6 +17,7 @@ use super::constraint::Constraint;
 use super::{ITERATIONS, Loops};
 use crate::balance::{largest_push, least_acceleration};
 use crate::refine::relative;
+use crate::residual::worst_of;
 use crate::tolerance::{CAUTION, Ladder, Method, NOISE, SWEEPS};
 use crate::{Error, Forces};
 use vertebra_assembly::{Model, State};
@@ -110,7 +111,7 @@ impl Loops {
         let (mut change, mut largest) = (0.0_f64, least);
         let both = self.joint.iter().zip(&self.qdd);
         for ((&response, &qdd), &scale) in both.zip(&self.scales.acceleration) {
-            change = change.max(response.abs() * scale);
+            change = worst_of(change, response.abs() * scale);
             largest = largest.max(qdd.abs() * scale);
         }
         relative(change, largest)
@@ -152,7 +153,7 @@ impl Loops {
         let (mut change, mut largest) = (0.0_f64, least);
         let both = self.qdd.iter().zip(&self.spread);
         for ((&qdd, &was), &scale) in both.zip(&self.scales.acceleration) {
-            change = change.max((qdd - was).abs() * scale);
+            change = worst_of(change, (qdd - was).abs() * scale);
             largest = largest.max(qdd.abs() * scale);
         }
         relative(change, largest)
