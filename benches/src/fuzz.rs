@@ -98,7 +98,8 @@ pub fn run(arguments: &FuzzArgs) -> anyhow::Result<Outcome> {
         if interrupt.requested() || limit.is_some_and(|limit| start.elapsed() > limit) {
             break;
         }
-        let numbers = block * block_size..((block + 1) * block_size).min(models);
+        let (from, to) = (block * block_size, ((block + 1) * block_size).min(models));
+        let numbers = arguments.first.saturating_add(from)..arguments.first.saturating_add(to);
         tally = tally.merge(ask_all(&asked, arguments.seed, numbers));
         progress.done(&format!(
             "{} models, {} failures",
@@ -111,7 +112,10 @@ pub fn run(arguments: &FuzzArgs) -> anyhow::Result<Outcome> {
         println!("{question:<28} {outcome:<28} {count:>12}");
     }
     for (number, failure) in tally.failures.iter().take(SHOWN) {
-        println!("FAIL  model {number} of seed {}: {failure}", arguments.seed);
+        println!(
+            "FAIL  model {number} (--seed {} --first {number} --models 1): {failure}",
+            arguments.seed
+        );
     }
     println!(
         "{} models of those tried could be built, {} answers, {} failures",

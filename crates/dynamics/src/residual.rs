@@ -47,6 +47,10 @@ impl Residual {
             self.joint_force,
         )
     }
+
+    fn is_finite(&self) -> bool {
+        self.max().is_finite() && self.by_body.is_finite()
+    }
 }
 
 /// What a solver has found, so that its [`residual`] can be taken and it can be [refined](crate::refine): implemented by [`Workspace`] and
@@ -55,7 +59,7 @@ pub trait Solved: sealed::Sealed {
     /// Evaluates the equations for this solution; [`residual`] is the function to call.
     ///
     /// # Errors
-    /// [`Error`] if an input does not fit the model or the solution has not been computed.
+    /// As that function's.
     fn residual(&self, model: &Model, state: &State, forces: &Forces) -> Result<Residual, Error>;
 
     /// Corrects this solution once; [`refine`](crate::refine) is the function to call.
@@ -78,7 +82,8 @@ pub(crate) mod sealed {
 /// it is rounded to f64. Takes memory of its own, so it is a measurement and not part of a step.
 ///
 /// # Errors
-/// [`Error`] if an input does not fit the model or the solution has not been computed.
+/// [`Error`] if an input does not fit the model or the solution has not been computed; [`Error::Overflow`] if terms of the
+/// equations are too large to be summed.
 pub fn residual(
     model: &Model,
     state: &State,
@@ -97,14 +102,14 @@ impl Solved for Workspace {
         self.check_model(model)?;
         self.joint_accelerations()?;
         self.joint_wrench(model.last_body())?;
-        Ok(in_precision!(&self.arrays, s => {
+        in_precision!(&self.arrays, s => {
             let solution = Solution {
                 a: s.acceleration.iter().map(|a| a.map(Real::widen)).collect(),
                 f: s.joint_wrench.iter().map(|f| f.map(Real::widen)).collect(),
                 qdd: s.u.iter().map(|qdd| qdd.widen()).collect(),
             };
             solution.residual(model, state, forces, &self.scales)
-        }))
+        })
     }
 
     fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {
@@ -128,15 +133,20 @@ impl<T: Real> Solution<T> {
         state: &State,
         forces: &Forces,
         scales: &Scales,
-    ) -> Residual {
+    ) -> Result<Residual, Error> {
         let mut s = Sweeps::<T>::new(model);
         s.set_state(&state.q, &state.qd, model.units().length, &scales.rate);
         s.add_external(0, forces, model.units());
         s.u.copy_from_slice(&self.qdd);
-        evaluate(&s, model, forces, scales, &self.a, &self.f)
+        evaluate(&s, model, forces, scales, &self.a, &self.f).map_err(|body| Error::Overflow {
+            quantity: "residual",
+            body: model.bodies()[body].name.clone(),
+            time: state.time,
+        })
     }
 }
 
+/// The residual, or the body of whose equations a term is not finite.
 fn evaluate<T: Real>(
     s: &Sweeps<T>,
     model: &Model,
@@ -144,7 +154,7 @@ fn evaluate<T: Real>(
     scales: &Scales,
     a: &[Motion<T>],
     f: &[Force<T>],
-) -> Residual {
+) -> Result<Residual, usize> {
     let mut worst = Residual::default();
     let gravity = greatest(motion_array(absolute(s.base)));
     let least: Vec<T> = least_forces(model).into_iter().map(T::from_f64).collect();
@@ -154,6 +164,9 @@ fn evaluate<T: Real>(
         worst.newton_euler = worst_of(worst.newton_euler, largest(row, scale));
         let shared = greater(greatest(scale), least[i]);
         worst.by_body = worst_of(worst.by_body, largest(row, [shared; 6]));
+        if !worst.is_finite() {
+            return Err(i);
+        }
         if let Some(parent) = s.links[i].parent {
             let (row, scale) = &mut balance[parent];
             let (r, passed) = (s.offset[i], f[i]);
@@ -182,8 +195,11 @@ fn evaluate<T: Real>(
             worst.joint_force = worst_of(worst.joint_force, ratio(row, scale));
             worst.by_body = worst_of(worst.by_body, ratio(row, greater(shared, scale)));
         }
+        if !worst.is_finite() {
+            return Err(i);
+        }
     }
-    worst
+    Ok(worst)
 }
 
 type Rows<T> = ([T; 6], [T; 6]);
@@ -240,8 +256,11 @@ pub(crate) fn worst_of(a: f64, b: f64) -> f64 {
     if a.is_nan() || b <= a { a } else { b }
 }
 
+/// Not a number where the terms have overflowed, beside whose sum any row would be nothing.
 fn ratio<T: Real>(row: T, scale: T) -> f64 {
-    if row == T::ZERO {
+    if !scale.is_finite() {
+        f64::NAN
+    } else if row == T::ZERO {
         0.0
     } else {
         (row.abs() / scale).to_f64()

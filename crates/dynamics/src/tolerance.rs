@@ -22,6 +22,7 @@
 //! what they move bounds the estimate from below.
 
 use crate::refine::Loads;
+use crate::residual::worst_of;
 use crate::{
     Algorithm, DcaOptions, DcaWorkspace, Error, Forces, Precision, Refinement, Workspace, aba,
     cost, dca,
@@ -281,8 +282,8 @@ impl Ladder {
         let Some(achieved) = &mut self.achieved else {
             return Ok(());
         };
-        achieved.residual = achieved.residual.max(residual);
-        achieved.error = achieved.error.max(error);
+        achieved.residual = worst_of(achieved.residual, residual);
+        achieved.error = worst_of(achieved.error, error);
         if achieved.error <= self.tolerance {
             return Ok(());
         }

@@ -7,8 +7,8 @@ use vertebra_assembly::{
     BodyId, Joint, MassProperties, Model, ModelDescription, ModelError, State, generate,
 };
 use vertebra_dynamics::{
-    Error, Forces, Precision, Simulation, Workspace, Wrench, aba, crba, crba_forward_dynamics,
-    forward_kinematics, joint_wrenches, mechanics, residual, rnea,
+    DcaOptions, DcaWorkspace, Error, Forces, Precision, Simulation, Workspace, Wrench, aba, crba,
+    crba_forward_dynamics, dca, forward_kinematics, joint_wrenches, mechanics, residual, rnea,
 };
 use vertebra_spatial::Pose;
 
@@ -139,6 +139,49 @@ fn workspaces_of_other_models_and_results_not_computed() {
         Err(Error::Overflow { .. })
     ));
     assert!(missing(workspace.joint_accelerations().err()));
+}
+
+/// Forces of which there still are numbers, but no longer of the sums that residuals are measured by: at a lever.
+#[test]
+fn residuals_that_overflow_name_the_body() {
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
+    let far = Pose::from_translation(DVec3::Y * 1e6);
+    let slide = || Joint::prismatic(DVec3::X);
+    let model = ModelDescription::new("pushed")
+        .body("slider", None, slide(), rod)
+        .body("far", Some("slider"), slide().at(far), rod)
+        .build()
+        .unwrap();
+    let (state, mut forces) = (State::neutral(&model), Forces::none(&model));
+    let mut alone = Workspace::new(&model, Precision::F64);
+    let mut tree = DcaWorkspace::new(&model, &DcaOptions::default()).unwrap();
+    let mut seen = [0; 2];
+    for doubling in 0..40 {
+        forces.joint[1] = 1e300 * f64::from(doubling).exp2();
+        aba(&model, &state, &forces, &mut alone).unwrap();
+        dca(&model, &state, &forces, &mut tree).unwrap();
+        if joint_wrenches(&mut alone).is_err() || tree.compute_joint_wrenches(&forces).is_err() {
+            break;
+        }
+        let found = [
+            residual(&model, &state, &forces, &alone),
+            residual(&model, &state, &forces, &tree),
+        ];
+        for found in found {
+            match found {
+                Ok(left) => {
+                    assert!(left.max() <= f64::EPSILON, "{left:?}");
+                    seen[0] += 1;
+                }
+                Err(Error::Overflow { quantity, body, .. }) => {
+                    assert_eq!((quantity, &*body), ("residual", "slider"));
+                    seen[1] += 1;
+                }
+                Err(other) => panic!("{other:?}"),
+            }
+        }
+    }
+    assert!(seen.iter().all(|&count| count > 0), "{seen:?}");
 }
 
 /// Two hinges about one axis with next to nothing between them: nothing says which of them turns.

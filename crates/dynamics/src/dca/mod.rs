@@ -277,9 +277,9 @@ impl Solved for DcaWorkspace {
         self.check_model(model)?;
         self.joint_accelerations()?;
         self.joint_wrench(model.last_body())?;
-        Ok(in_tree!(&self.trees, tree => {
+        in_tree!(&self.trees, tree => {
             tree.solution().residual(model, state, forces, &self.scales)
-        }))
+        })
     }
 
     fn refine(&mut self, forces: &Forces) -> Result<Refinement, Error> {

@@ -1,6 +1,7 @@
 //! Work on the chunks and joins of a round, on one thread or several, with the same results.
 
 use super::plan::Extent;
+use crate::residual::worst_of;
 use core::ops::Range;
 
 /// Fewest chunks or joins that are worth handing to another thread.
@@ -24,12 +25,12 @@ impl Outcome for () {
     fn and(self, (): Self) -> Self {}
 }
 
-/// The larger of two.
+/// The larger of two residuals.
 impl Outcome for f64 {
     const DONE: Self = 0.0;
 
     fn and(self, other: Self) -> Self {
-        self.max(other)
+        worst_of(self, other)
     }
 }
 
