@@ -142,14 +142,21 @@ impl<T: Real> Size<T> {
         }
     }
 
-    /// What is left of an equation, whose size is `rest`, as part of the largest of its terms.
+    /// What is left of an equation, whose size is `rest`, as part of the largest of its terms; all of it where that has
+    /// overflowed, beside which nothing is known.
     #[inline(always)]
     pub(crate) fn left(self, rest: Self) -> f64 {
-        let rest = larger(rest.angular, rest.linear);
+        let (rest, terms) = (
+            larger(rest.angular, rest.linear),
+            larger(self.angular, self.linear),
+        );
+        if !terms.is_finite() {
+            return 1.0;
+        }
         if rest == T::ZERO {
             return 0.0;
         }
-        (rest / larger(self.angular, self.linear)).to_f64()
+        (rest / terms).to_f64()
     }
 
     /// The same of an equation of which one term is not among those measured, and may be all there is.

@@ -118,6 +118,26 @@ fn corrections_reach_the_last_bits_of_the_reference() {
     }
 }
 
+/// Forces beyond the range of f32 that the world takes: nothing moves, and of what is left nothing is known.
+#[test]
+fn where_terms_overflow_the_residual_is_all_of_them() {
+    let body = MassProperties::rod(1.0, 1.0, 0.05);
+    let model = ModelDescription::new("held")
+        .body("held", None, Joint::fixed(), body)
+        .build()
+        .unwrap();
+    let (state, mut forces) = (State::neutral(&model), Forces::none(&model));
+    forces.push(model.last_body(), Wrench::at_center([1e60, -1e60, 1e60]));
+    for (precision, left) in [(Precision::F32, 1.0), (Precision::F64, 0.0)] {
+        let mut alone = Workspace::new(&model, precision);
+        aba(&model, &state, &forces, &mut alone).unwrap();
+        let mut joined = tree(&model, precision, precision, 4);
+        dca(&model, &state, &forces, &mut joined).unwrap();
+        let found = [refine(&forces, &mut alone), refine(&forces, &mut joined)];
+        assert_eq!(found.map(|found| found.unwrap().residual), [left; 2]);
+    }
+}
+
 /// Masses that cost digits, the recursion included: two sweeps end where no solver in f64 does.
 #[test]
 fn uneven_masses() {
