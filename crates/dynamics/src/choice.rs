@@ -67,7 +67,7 @@ impl Choice {
         options: &crate::gpu::Options,
     ) -> Result<Self, Error> {
         let bodies = model.bodies().len();
-        let (chunks, tree) = options.precisions(device, model)?;
+        let (chunks, tree) = options.precisions(device)?;
         let on_host = SolverOptions {
             sweeps: options.sweeps,
             ..SolverOptions::default()

@@ -65,7 +65,7 @@ impl Simulation {
     }
 
     /// A simulation on this device, from the neutral state, with semi-implicit Euler steps: on the CPU in
-    /// f64, on a GPU by divide and conquer in f64 with joins in f32, or all in f32 where it has no f64.
+    /// f64, on a GPU by divide and conquer in f64, or in f32 where it has no f64.
     ///
     /// # Errors
     /// On a GPU, [`Error::ModelTooLarge`] and `Error::Gpu`; of models with closed loops also

@@ -48,7 +48,7 @@ const LEFT: f64 = 0.1;
 /// The largest ratio of the masses of a model's bodies, and of their moments of inertia, for factors in f32: over four
 /// decades of masses these have digits at the end of the distribution too, over more they may have none
 /// (`docs/accuracy.md`).
-pub(crate) const SPREAD: f64 = 1e4;
+const SPREAD: f64 = 1e4;
 
 /// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
 /// the bodies' equations ([`Loads::Rounding`]), which is a random sample of it.
@@ -432,7 +432,7 @@ fn spread(model: &Model) -> f64 {
 }
 
 /// That of the largest number to the least.
-pub(crate) fn ratio(all: impl Iterator<Item = f64>) -> f64 {
+fn ratio(all: impl Iterator<Item = f64>) -> f64 {
     let (least, most) = all.fold((f64::INFINITY, 0.0_f64), |(least, most), x| {
         (least.min(x), most.max(x))
     });

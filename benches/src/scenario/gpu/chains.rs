@@ -143,7 +143,7 @@ pub(crate) fn steps<'a>(
         } else {
             Precision::F32
         };
-        vec![(default, Precision::F32)]
+        vec![(default, default)]
     } else {
         asked(selection, has_f64).collect()
     };

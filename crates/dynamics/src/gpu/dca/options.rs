@@ -1,7 +1,6 @@
 //! What a simulation on a GPU is asked for.
 
 use crate::dca::{check_precisions, has_heavy_end};
-use crate::tolerance::{SPREAD, ratio};
 use crate::{Error, Integrator, Precision};
 use vertebra_assembly::Model;
 use vertebra_assembly::schedule::ScheduleOptions;
@@ -9,15 +8,13 @@ use vertebra_gpu::Device;
 use vertebra_gpu::wgpu::Features;
 
 /// Joints of a chunk on average: where a device has lanes to spare, a chunk's length is time, and beyond [`LONG_CHAIN`]
-/// bodies its joins are memory. Next to heavy bodies, and with corrections, accuracy counts.
+/// bodies its joins are memory. Next to heavy bodies accuracy counts.
 const SHORT_WINDOW: usize = 4;
 const WINDOW: usize = 8;
 const LONG_CHAIN: usize = 8192;
 
-/// The same with corrections where bodies weigh [`UNEVEN`] times others: the longer the chunks, the fewer joins lose
-/// digits in f32 (`docs/accuracy.md`).
+/// The same with corrections over joins in f32: the longer the chunks, the fewer joins lose digits (`docs/accuracy.md`).
 const EXACT_WINDOW: usize = 16;
-const UNEVEN: f64 = 16.0;
 
 /// Corrections after which a solution has all the digits of its chunks.
 const MOST_SWEEPS: usize = 3;
@@ -27,12 +24,12 @@ const MOST_SWEEPS: usize = 3;
 pub struct Options {
     /// Precision of kinematics, chunks and the state; none for f64 where the adapter has it, else f32.
     pub chunks: Option<Precision>,
-    /// Precision of the joins, at most that of the chunks; none for f32, or that of the chunks where masses differ by more than
-    /// 1e4, massless bodies aside: light bodies beside heavy ones keep no digits in f32 there.
+    /// Precision of the joins, at most that of the chunks; none for that of the chunks. Under chunks in f64 joins in f32 save some
+    /// 15 % of the time on devices whose f64 is half as fast as their f32, more where it is slower, and cost ten digits
+    /// (`docs/gpu.md`).
     pub tree: Option<Precision>,
     /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
-    /// 8192 and more, where bodies weigh 16 times those inboard of them, or with corrections, then 16 where any weighs 16
-    /// times another.
+    /// 8192 and more or where bodies weigh 16 times those inboard of them, or 16 with corrections over joins in f32.
     pub schedule: Option<ScheduleOptions>,
     /// How steps are taken.
     pub integrator: Integrator,
@@ -43,14 +40,17 @@ pub struct Options {
 
 impl Options {
     /// How the bodies are gathered.
-    pub(super) fn gathering(&self, model: &Model, weights: &[f64]) -> ScheduleOptions {
-        let is_corrected = self.sweeps > 0;
-        let is_short = model.bodies().len() < LONG_CHAIN && !is_corrected;
+    pub(super) fn gathering(
+        &self,
+        model: &Model,
+        weights: &[f64],
+        (chunks, tree): (Precision, Precision),
+    ) -> ScheduleOptions {
         // In a chunk of few joints a heavy body is no leaf, and its inertia drowns those of light ones before it.
-        let window = if is_short && !has_heavy_end(model, weights) {
-            SHORT_WINDOW
-        } else if is_corrected && unevenness(model) > UNEVEN {
+        let window = if self.sweeps > 0 && tree != chunks {
             EXACT_WINDOW
+        } else if model.bodies().len() < LONG_CHAIN && !has_heavy_end(model, weights) {
+            SHORT_WINDOW
         } else {
             WINDOW
         };
@@ -58,12 +58,8 @@ impl Options {
             .unwrap_or(ScheduleOptions::with_window(window))
     }
 
-    /// Precisions of chunks and of joins of a model on a device.
-    pub(crate) fn precisions(
-        &self,
-        device: &Device,
-        model: &Model,
-    ) -> Result<(Precision, Precision), Error> {
+    /// Precisions of chunks and of joins on a device.
+    pub(crate) fn precisions(&self, device: &Device) -> Result<(Precision, Precision), Error> {
         let has_f64 = device.features().contains(Features::SHADER_F64);
         let best = if has_f64 {
             Precision::F64
@@ -71,13 +67,7 @@ impl Options {
             Precision::F32
         };
         let chunks = self.chunks.unwrap_or(best);
-        let tree = self.tree.unwrap_or_else(|| {
-            if unevenness(model) <= SPREAD {
-                Precision::F32
-            } else {
-                chunks
-            }
-        });
+        let tree = self.tree.unwrap_or(chunks);
         for asked in [chunks, tree] {
             if asked == Precision::Reference || asked == Precision::F64 && !has_f64 {
                 return Err(Error::PrecisionUnavailable {
@@ -95,10 +85,4 @@ impl Options {
         }
         Ok((chunks, tree))
     }
-}
-
-/// The largest ratio of the masses of bodies that have any.
-fn unevenness(model: &Model) -> f64 {
-    let masses = model.bodies().iter().map(|body| body.mass.mass);
-    ratio(masses.filter(|&mass| mass > 0.0))
 }

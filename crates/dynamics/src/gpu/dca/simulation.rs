@@ -103,13 +103,13 @@ impl Simulation {
         elements: Option<Box<Elements>>,
         has_balls: bool,
     ) -> Result<Self, Error> {
-        let precisions = options.precisions(device, model)?;
+        let precisions = options.precisions(device)?;
         let integrator = options.integrator.try_into()?;
         let (chunks, tree) = precisions;
         let weights = plan::weights(model, tree.epsilon());
         let parents: Vec<_> = model.bodies().iter().map(|body| body.parent).collect();
         let cuts = plan::cut_weights(model, &weights, tree.epsilon());
-        let gathering = options.gathering(model, &weights);
+        let gathering = options.gathering(model, &weights, precisions);
         let schedule = Schedule::of_tree(&parents, &cuts, &gathering)?;
         let plan = Plan::new(model, schedule, &weights);
         let scales = Scales::of_model(model);
