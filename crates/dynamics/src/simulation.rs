@@ -13,6 +13,7 @@ mod runs;
 
 pub use poses::PendingPoses;
 
+use crate::forces::check_step;
 use crate::tolerance::check_tolerance;
 use crate::{
     Achieved, BodyMotion, Choice, Device, Error, Forces, Integrator, Mechanics, Monitor, Precision,
@@ -309,13 +310,7 @@ impl Simulation {
     /// [`Error::Step`], naming the step and why it failed: the state is the one before it. Of what
     /// does not depend on the state (forces, `h`, the device) that error itself, and no step is taken.
     pub fn steps(&mut self, h: f64, count: usize) -> Result<(), Error> {
-        if !h.is_finite() {
-            return Err(Error::NonFiniteInput {
-                quantity: "step",
-                element: "simulation".to_owned(),
-                value: h,
-            });
-        }
+        check_step("simulation", h)?;
         self.forces.check(&self.model)?;
         self.posed = false;
         self.take(h, 0..count)
