@@ -30,6 +30,10 @@ impl fmt::Display for Algorithm {
     }
 }
 
+/// Corrections of a solution at most: what has not all the digits of its precision by then is had more cheaply from more precise
+/// joins.
+pub(crate) const MOST_SWEEPS: usize = 3;
+
 /// What a [`Solver`] is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
@@ -44,8 +48,8 @@ pub struct SolverOptions {
     pub schedule: Option<ScheduleOptions>,
     /// Whether the threads of the current rayon pool may be used.
     pub parallel: bool,
-    /// Corrections of every solution by what it leaves of the bodies' equations, each about 36 % of it. They are those of
-    /// [`refine`](crate::refine), but that none takes the drift of places out; on a GPU 3 at most, of chunks in f64. Of models with closed loops the
+    /// Corrections of every solution by what it leaves of the bodies' equations, each about 36 % of it, 3 at most. They are those of
+    /// [`refine`](crate::refine), but that none takes the drift of places out; on a GPU of chunks in f64 alone. Of models with closed loops the
     /// tree's solution is corrected, to which the loops respond.
     pub sweeps: usize,
     /// Largest forward error wanted, max |qdd - exact| / max |exact|, from 2.3e-16 to less than 1; the solver then
@@ -202,7 +206,7 @@ impl Solver {
     /// Chooses the algorithm and takes its memory.
     ///
     /// # Errors
-    /// As [`DcaWorkspace::new`]'s; [`Error::ToleranceRange`], and [`Error::DecidedByTolerance`] of what else was asked for.
+    /// As [`DcaWorkspace::new`]'s; [`Error::Sweeps`]; [`Error::ToleranceRange`], and [`Error::DecidedByTolerance`] of what else was asked for.
     pub fn new(model: &Model, options: &SolverOptions) -> Result<Self, Error> {
         options.check_decided()?;
         let bodies = model.bodies().len();
@@ -213,6 +217,12 @@ impl Solver {
             choice.algorithm = Algorithm::Aba;
         }
         check_precisions(options.precision, choice.tree)?;
+        if options.sweeps > MOST_SWEEPS {
+            return Err(Error::Sweeps {
+                sweeps: options.sweeps,
+                chunks: options.precision,
+            });
+        }
         let dca_options = DcaOptions {
             chunks: options.precision,
             tree: choice.tree,

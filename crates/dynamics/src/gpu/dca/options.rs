@@ -1,6 +1,7 @@
 //! What a simulation on a GPU is asked for.
 
 use crate::dca::{check_precisions, has_heavy_end};
+use crate::solver::MOST_SWEEPS;
 use crate::tolerance::{SPREAD, ratio};
 use crate::{Error, Integrator, Precision};
 use vertebra_assembly::Model;
@@ -18,9 +19,6 @@ const LONG_CHAIN: usize = 8192;
 /// digits in f32 (`docs/accuracy.md`).
 const EXACT_WINDOW: usize = 16;
 const UNEVEN: f64 = 16.0;
-
-/// Corrections after which a solution has all the digits of its chunks.
-const MOST_SWEEPS: usize = 3;
 
 /// How a model is simulated on a GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
