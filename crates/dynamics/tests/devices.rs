@@ -83,7 +83,7 @@ fn the_same_verbs_give_the_same_answers() {
             let mut simulation = Simulation::on(&device, model.clone())
                 .unwrap()
                 .with_integrator(integrator)
-                .with_precision(Precision::F64)
+                .with_solver(&SolverOptions::default())
                 .unwrap();
             simulation.set_state(state.clone()).unwrap();
             *simulation.forces_mut() = forces.clone();
@@ -222,7 +222,7 @@ fn refusals_leave_the_state() {
     assert!(matches!(refused, Err(Error::ToleranceRange { .. })));
 }
 
-/// A solver's corrections are those that a GPU is asked for by its own options.
+/// A solver's corrections are those that a GPU is asked for by its own options, and are made.
 #[test]
 fn a_gpu_corrects_as_often_as_asked() {
     let Some(device) = gpu() else { return };
@@ -232,8 +232,8 @@ fn a_gpu_corrects_as_often_as_asked() {
         sweeps: 1,
         ..SolverOptions::default()
     };
-    let own = vertebra_dynamics::gpu::Options {
-        sweeps: 1,
+    let own = |sweeps| vertebra_dynamics::gpu::Options {
+        sweeps,
         ..Default::default()
     };
     let solved = |mut simulation: Simulation| {
@@ -246,8 +246,86 @@ fn a_gpu_corrects_as_often_as_asked() {
         made => made.unwrap(),
     };
     let gpu = device.gpu().unwrap();
-    let by_device = Simulation::on_gpu(gpu, model.clone(), &own).unwrap();
-    assert_eq!(solved(solver), solved(by_device));
+    let by_device = |sweeps| Simulation::on_gpu(gpu, model.clone(), &own(sweeps)).unwrap();
+    let corrected = solved(solver);
+    assert_eq!(corrected, solved(by_device(1)));
+    assert_ne!(corrected, solved(by_device(0)));
+}
+
+/// Another precision on a GPU leaves the joins as they were chosen: by its own rule where nobody said, else as asked.
+#[test]
+fn another_precision_leaves_the_joins() {
+    use Precision::{F32, F64};
+    let Some(device) = gpu().filter(has_f64) else {
+        return;
+    };
+    let even = generate::random_chain(8, &Rod::default(), 1).unwrap();
+    let masses = generate::Masses::HeavyLast(1e6);
+    let uneven = generate::uneven_tree(8, 1, &Rod::default(), &masses, 1).unwrap();
+    let gpu = device.gpu().unwrap();
+    let on = |model: &Model, tree| {
+        let options = vertebra_dynamics::gpu::Options {
+            tree,
+            ..Default::default()
+        };
+        Simulation::on_gpu(gpu, model.clone(), &options).unwrap()
+    };
+    let precisions = |simulation: &Simulation| {
+        let choice = simulation.choice();
+        (choice.precision, choice.tree)
+    };
+    for (model, asked, joins) in [
+        (&even, None, F32),
+        (&uneven, None, F64),
+        (&even, Some(F64), F64),
+    ] {
+        let same = on(model, asked).with_precision(F64).unwrap();
+        assert_eq!(precisions(&same), (F64, joins), "{asked:?}");
+    }
+    for model in [&even, &uneven] {
+        let single = on(model, None).with_precision(F32).unwrap();
+        assert_eq!(precisions(&single), (F32, F32));
+        let again = single.with_precision(F64).unwrap();
+        assert_eq!(precisions(&again), precisions(&on(model, None)));
+    }
+    let finer = on(&even, Some(F64)).with_precision(F32);
+    assert!(matches!(finer, Err(Error::TreePrecision { .. })));
+    // Of a solver they are as precise as all else, unless it is asked for others.
+    let solver = SolverOptions::default();
+    let all = on(&even, None).with_solver(&solver).unwrap();
+    assert_eq!(precisions(&all), (F64, F64));
+    let all = all.with_precision(F32).unwrap();
+    assert_eq!(precisions(&all), (F32, F32));
+}
+
+/// A step that is no number is refused before anything is computed, a check that is due included.
+#[test]
+fn a_step_that_is_no_number_is_not_begun() {
+    let (model, state, _) = problem(4);
+    let damped = Joint::revolute(DVec3::X).with_damping(0.1);
+    let rod = MassProperties::rod(1.0, 1.0, 0.05);
+    let damped = ModelDescription::new("damped").body("rod", None, damped, rod);
+    let damped = damped.build().unwrap();
+    for device in devices() {
+        for (model, state) in [(&model, &state), (&damped, &State::neutral(&damped))] {
+            let simulation = Simulation::on(&device, model.clone()).unwrap();
+            let mut simulation = simulation.with_monitor(Monitor::every(1, 1e-12)).unwrap();
+            simulation.set_state(state.clone()).unwrap();
+            for h in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let refused = simulation.steps(h, 2);
+                assert!(matches!(refused, Err(Error::NonFiniteInput { .. })));
+            }
+            assert_eq!(simulation.monitor().unwrap().checks(), 0);
+            assert_eq!(simulation.state().unwrap(), state);
+            if let Some(gpu) = device.gpu() {
+                let options = vertebra_dynamics::gpu::Options::default();
+                let mut alone =
+                    vertebra_dynamics::gpu::Simulation::on(gpu, model, &options).unwrap();
+                let refused = alone.steps(f64::NAN, 2);
+                assert!(matches!(refused, Err(Error::NonFiniteInput { .. })));
+            }
+        }
+    }
 }
 
 /// Checks on a GPU find the error there is, change nothing, and end a run where they are told to.

@@ -98,6 +98,23 @@ impl Remote {
         }))
     }
 
+    /// The same model with chunks in another precision, in the neutral state; joins as the solver was asked for, or as a GPU has
+    /// them where none was.
+    pub(super) fn with_precision(
+        &mut self,
+        model: &Model,
+        options: &SolverOptions,
+    ) -> Result<Self, Error> {
+        let asked = options.tree.unwrap_or(options.precision);
+        let options = gpu::Options {
+            chunks: Some(options.precision),
+            tree: self.options.tree.and(Some(asked)),
+            ..self.options
+        };
+        let simulation = self.simulation.with_options(model, &options)?;
+        Ok(Self::of(&self.device, simulation))
+    }
+
     /// What was chosen, given what was expected.
     pub(super) fn choice(&self, expected: Choice) -> Choice {
         let (precision, tree) = self.simulation.precisions();
