@@ -16,7 +16,7 @@ use crate::table::format::count;
 /// Room for labels such as `500 M` \[px\].
 const LABELS: f64 = 56.0;
 /// Widest name of a method as a label \[px\].
-const NAME: f64 = 200.0;
+const NAME: f64 = 240.0;
 /// Room for labels at the right of the data where there is no legend \[px\].
 const BESIDE: f64 = 40.0;
 /// Heading of the strip for errors of zero.

@@ -272,7 +272,7 @@ impl<T: Real> Sweeps<T> {
             // those that do not, as what they leave and the others. Beside weights, of which I a is without.
             let size =
                 (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-            worst = worst.max(size.or_weight(least).leaving(rest));
+            worst = worst_of(worst, size.or_weight(least).leaving(rest));
             let load = if ROUNDING {
                 self.rounding(i, size.or(arriving.size))
             } else {
@@ -342,7 +342,7 @@ impl<T: Real> Sweeps<T> {
         let f = self.driven_right(i, f);
         let rest = f - balanced;
         let size = (Size::of_force(f).or(Size::of_force(external))).or(Size::of_force(inertial));
-        *worst = worst.max(size.or_weight(least).leaving(rest));
+        *worst = worst_of(*worst, size.or_weight(least).leaving(rest));
         let load = if ROUNDING {
             self.rounding(i, size.or(arriving.size))
         } else {

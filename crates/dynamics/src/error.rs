@@ -310,16 +310,16 @@ pub enum Error {
         /// The precision asked for.
         precision: crate::Precision,
     },
-    /// Corrections that a device does not make.
-    #[cfg(feature = "gpu")]
+    /// More corrections of every solution than are made, or, on a GPU, any of chunks in f32.
     #[error(
-        "{sweeps} corrections of solutions with chunks in {chunks}: ask for 3 at most, on an adapter with f64 and with chunks in {}",
+        "{sweeps} corrections of every solution in {chunks}: ask for {} at most, on a GPU on an adapter with f64 and with chunks in {}",
+        crate::solver::MOST_SWEEPS,
         crate::Precision::F64
     )]
     Sweeps {
         /// Corrections of each solution asked for.
         sweeps: usize,
-        /// Precision of the chunks.
+        /// Precision of the solutions, of divide and conquer that of the chunks.
         chunks: crate::Precision,
     },
     /// One of several steps failed.

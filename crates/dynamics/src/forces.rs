@@ -259,6 +259,18 @@ fn finite(quantity: &'static str, element: &str, v: DVec3) -> Result<(), Error> 
     }
 }
 
+/// Refuses a length of a step \[s\] that is no number.
+pub(crate) fn check_step(element: &str, h: f64) -> Result<(), Error> {
+    if h.is_finite() {
+        return Ok(());
+    }
+    Err(Error::NonFiniteInput {
+        quantity: "step",
+        element: element.to_owned(),
+        value: h,
+    })
+}
+
 /// The body of this articulation that the world carries.
 fn root_of(model: &Model, mut body: BodyId) -> BodyId {
     while let Some(parent) = model.bodies()[body.index()].parent {

@@ -1,6 +1,7 @@
 //! The error of accelerations against the reference.
 
 use crate::forces::check_dofs;
+use crate::residual::worst_of;
 use crate::workspace::{Sweeps, in_precision};
 use crate::{Error, Workspace};
 use vertebra_spatial::{Number, Real};
@@ -48,7 +49,7 @@ impl<T: Real> Sweeps<T> {
         for ((&exact, &qdd), &scale) in self.u.iter().zip(qdd).zip(scales) {
             let exact = exact.widen();
             let off = exact - T::Wide::from_f64(qdd / scale);
-            difference = difference.max(off.abs().to_f64() * scale);
+            difference = worst_of(difference, off.abs().to_f64() * scale);
             largest = largest.max(exact.abs().to_f64() * scale);
         }
         if difference == 0.0 {
@@ -61,6 +62,7 @@ impl<T: Real> Sweeps<T> {
 
 #[cfg(test)]
 mod tests {
+    use crate::residual::worst_of;
     use crate::workspace::Arrays;
     use crate::{Forces, Precision, Workspace, aba, forward_error, joint_wrenches, residual};
     use vertebra_assembly::generate::{self, RandomTree};
@@ -103,7 +105,7 @@ mod tests {
                 .iter()
                 .fold(largest, |m, v| m.max(v.length().to_f64()));
             for (&found, dof) in found.iter().zip(dofs) {
-                worst = worst.max((found - s.tau[dof]).abs().to_f64());
+                worst = worst_of(worst, (found - s.tau[dof]).abs().to_f64());
             }
         }
         worst / largest

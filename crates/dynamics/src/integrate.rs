@@ -1,5 +1,6 @@
 //! Integrators. Quaternions move along the rotation group, never off it.
 
+use crate::residual::worst_of;
 use crate::{Elements, Error, Forces, Solver};
 use vertebra_assembly::{JointKind, Model, State};
 use vertebra_spatial::{Quat, Vec3, rotation_vector_rate, vec3};
@@ -236,7 +237,7 @@ impl Step<'_> {
             let qdd = Self::accelerations(given, elements, solver, stage, 0.0)?;
             let (mut change, mut largest) = (0.0_f64, 0.0_f64);
             for (found, (&qdd, &qd)) in found.iter_mut().zip(qdd.iter().zip(&stage.qd)) {
-                change = change.max((h * (qdd - *found)).abs());
+                change = worst_of(change, (h * (qdd - *found)).abs());
                 largest = largest.max(qd.abs()).max((h * qdd).abs());
                 *found = qdd;
             }

@@ -13,6 +13,7 @@ mod runs;
 
 pub use poses::PendingPoses;
 
+use crate::forces::check_step;
 use crate::tolerance::check_tolerance;
 use crate::{
     Achieved, BodyMotion, Choice, Device, Error, Forces, Integrator, Mechanics, Monitor, Precision,
@@ -123,11 +124,16 @@ impl Simulation {
 
     /// Chooses how accelerations are computed; the state is kept, on the CPU in f64.
     ///
+    /// Joins of which nothing is said have the same precision as all else, on a GPU too.
+    ///
     /// To a tolerance, a GPU takes the cheapest of its precisions and corrections that meets it:
     /// its accelerations are held against the bodies' equations by the processor before the first step, after a
     /// state was set, and at every 64th step, under the forces of loops that the processor finds and with elements on the parts of
     /// their laws that the device is on. What no GPU can do so exactly is done by the processor from there on
-    /// ([`choice`](Self::choice) tells).
+    /// ([`choice`](Self::choice) tells). Hard stops are as firm as the precision of the joins allows: of the rate that a step would
+    /// have beyond its bound they let about one part in 290 through with joins in f32, one in 6.7 million with joins in f64. The
+    /// tolerance is that of accelerations under this law, which changes with the joins that are taken; whoever wants the same one
+    /// throughout asks for precisions instead.
     ///
     /// # Errors
     /// As [`Solver::new`]'s; on a GPU also [`Error::PrecisionUnavailable`], [`Error::ModelTooLarge`], `Error::Gpu`, and
@@ -163,7 +169,7 @@ impl Simulation {
         Ok(self)
     }
 
-    /// Chooses the precision in which accelerations are computed. What else the solver was asked for stays.
+    /// Chooses the precision in which accelerations are computed. What else was asked for stays, joins in another precision too.
     ///
     /// # Errors
     /// As [`with_solver`](Self::with_solver)'s; [`Error::DecidedByTolerance`] where one was asked for.
@@ -309,13 +315,7 @@ impl Simulation {
     /// [`Error::Step`], naming the step and why it failed: the state is the one before it. Of what
     /// does not depend on the state (forces, `h`, the device) that error itself, and no step is taken.
     pub fn steps(&mut self, h: f64, count: usize) -> Result<(), Error> {
-        if !h.is_finite() {
-            return Err(Error::NonFiniteInput {
-                quantity: "step",
-                element: "simulation".to_owned(),
-                value: h,
-            });
-        }
+        check_step("simulation", h)?;
         self.forces.check(&self.model)?;
         self.posed = false;
         self.take(h, 0..count)

@@ -30,6 +30,10 @@ impl fmt::Display for Algorithm {
     }
 }
 
+/// Corrections of a solution at most: what has not all the digits of its precision by then is had more cheaply from more precise
+/// joins.
+pub(crate) const MOST_SWEEPS: usize = 3;
+
 /// What a [`Solver`] is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolverOptions {
@@ -44,8 +48,8 @@ pub struct SolverOptions {
     pub schedule: Option<ScheduleOptions>,
     /// Whether the threads of the current rayon pool may be used.
     pub parallel: bool,
-    /// Corrections of every solution by what it leaves of the bodies' equations, each about 36 % of it. They are those of
-    /// [`refine`](crate::refine), but that none takes the drift of places out; on a GPU 3 at most, of chunks in f64. Of models with closed loops the
+    /// Corrections of every solution by what it leaves of the bodies' equations, each about 36 % of it, 3 at most. They are those of
+    /// [`refine`](crate::refine), but that none takes the drift of places out; on a GPU of chunks in f64 alone. Of models with closed loops the
     /// tree's solution is corrected, to which the loops respond.
     pub sweeps: usize,
     /// Largest forward error wanted, max |qdd - exact| / max |exact|, from 2.3e-16 to less than 1; the solver then
@@ -202,7 +206,7 @@ impl Solver {
     /// Chooses the algorithm and takes its memory.
     ///
     /// # Errors
-    /// As [`DcaWorkspace::new`]'s; [`Error::ToleranceRange`], and [`Error::DecidedByTolerance`] of what else was asked for.
+    /// As [`DcaWorkspace::new`]'s; [`Error::Sweeps`]; [`Error::ToleranceRange`], and [`Error::DecidedByTolerance`] of what else was asked for.
     pub fn new(model: &Model, options: &SolverOptions) -> Result<Self, Error> {
         options.check_decided()?;
         let bodies = model.bodies().len();
@@ -213,6 +217,12 @@ impl Solver {
             choice.algorithm = Algorithm::Aba;
         }
         check_precisions(options.precision, choice.tree)?;
+        if options.sweeps > MOST_SWEEPS {
+            return Err(Error::Sweeps {
+                sweeps: options.sweeps,
+                chunks: options.precision,
+            });
+        }
         let dca_options = DcaOptions {
             chunks: options.precision,
             tree: choice.tree,
@@ -507,94 +517,4 @@ fn with_loops<'a>(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::aba;
-    use vertebra_assembly::generate::{self, Rod};
-
-    /// The choice follows the number of threads and can be forced; results agree.
-    #[test]
-    fn many_threads_divide_and_conquer() {
-        let model = generate::random_chain(20_000, &Rod::default(), 1).unwrap();
-        let (state, forces) = (State::random(&model, 2), Forces::none(&model));
-        let solve = |threads: usize, algorithm| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| {
-                let options = SolverOptions {
-                    algorithm,
-                    ..SolverOptions::default()
-                };
-                let mut solver = Solver::new(&model, &options).unwrap();
-                let qdd = solver
-                    .forward_dynamics(&model, &state, &forces)
-                    .unwrap()
-                    .to_vec();
-                (*solver.choice(), qdd)
-            })
-        };
-        let (one, reference) = solve(1, None);
-        let (many, found) = solve(16, None);
-        let (forced, same) = solve(16, Some(Algorithm::Aba));
-        assert_eq!((one.algorithm, one.forced), (Algorithm::Aba, false));
-        assert_eq!((many.algorithm, many.threads), (Algorithm::Dca, 16));
-        assert_eq!((forced.algorithm, forced.forced), (Algorithm::Aba, true));
-        assert!(
-            many.dca_s < many.aba_s && many.to_string().contains("16 threads"),
-            "{many}"
-        );
-        assert_eq!(reference, same);
-        let largest = reference.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        for (a, b) in found.iter().zip(&reference) {
-            assert!((a - b).abs() <= 1e5 * f64::EPSILON * largest);
-        }
-    }
-
-    /// What divide and conquer refuses although it can be computed is computed, unless it was asked for.
-    #[test]
-    fn the_recursion_has_the_last_word() {
-        let masses = generate::Masses::HeavyTips(1e12);
-        let model = generate::uneven_tree(20_000, 3, &Rod::default(), &masses, 1).unwrap();
-        let (state, forces) = (State::random(&model, 2), Forces::none(&model));
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(16)
-            .build()
-            .unwrap();
-        let solve = |algorithm| {
-            pool.install(|| {
-                let options = SolverOptions {
-                    algorithm,
-                    tree: Some(Precision::F32),
-                    schedule: Some(ScheduleOptions::with_window(2)),
-                    ..SolverOptions::default()
-                };
-                let mut solver = Solver::new(&model, &options).unwrap();
-                assert_eq!(solver.choice().algorithm, Algorithm::Dca);
-                let qdd = solver.forward_dynamics(&model, &state, &forces);
-                qdd.map(<[f64]>::to_vec)
-            })
-        };
-        let refused = solve(Some(Algorithm::Dca)).unwrap_err();
-        assert!(matches!(refused, Error::Unjoined { .. }), "{refused}");
-        let mut workspace = Workspace::new(&model, Precision::F64);
-        let reference = aba(&model, &state, &forces, &mut workspace).unwrap();
-        assert_eq!(solve(None).unwrap(), reference);
-    }
-
-    #[test]
-    fn a_tree_more_precise_than_its_chunks_is_refused() {
-        let model = generate::random_chain(3, &Rod::default(), 1).unwrap();
-        let options = SolverOptions {
-            algorithm: Some(Algorithm::Dca),
-            precision: Precision::F32,
-            tree: Some(Precision::F64),
-            ..SolverOptions::default()
-        };
-        assert!(matches!(
-            Solver::new(&model, &options),
-            Err(Error::TreePrecision { .. })
-        ));
-    }
-}
+mod tests;

@@ -492,6 +492,17 @@ mod tests {
         description.build().unwrap()
     }
 
+    fn ladder(model: &Model, algorithm: Algorithm, tolerance: f64) -> Ladder {
+        let asked = Asked {
+            tolerance,
+            algorithm,
+            schedule: None,
+            rounds: 14,
+            threads: 1,
+        };
+        Ladder::new(model, &asked).unwrap()
+    }
+
     /// The residual is that of the accelerations that are given out, as it is measured without the factors.
     #[test]
     fn residuals_are_those_achieved() {
@@ -499,14 +510,7 @@ mod tests {
         let (state, forces) = (State::random(&model, 4), Forces::none(&model));
         for algorithm in [Algorithm::Aba, Algorithm::Dca] {
             for tolerance in [1e-2, 1e-10] {
-                let asked = Asked {
-                    tolerance,
-                    algorithm,
-                    schedule: None,
-                    rounds: 14,
-                    threads: 1,
-                };
-                let mut ladder = Ladder::new(&model, &asked).unwrap();
+                let mut ladder = ladder(&model, algorithm, tolerance);
                 for at in 0..ladder.rungs.len() {
                     let achieved = ladder.attempt(at, &model, &state, &forces).unwrap();
                     let method = ladder.rungs[at].method.as_mut().unwrap();
@@ -537,14 +541,7 @@ mod tests {
         let mut reference = Workspace::new(&model, Precision::Reference);
         let mut met = 0;
         for algorithm in [Algorithm::Aba, Algorithm::Dca] {
-            let asked = Asked {
-                tolerance,
-                algorithm,
-                schedule: None,
-                rounds: 14,
-                threads: 1,
-            };
-            let mut ladder = Ladder::new(&model, &asked).unwrap();
+            let mut ladder = ladder(&model, algorithm, tolerance);
             assert!(ladder.rungs.iter().all(|rung| rung.tree != Precision::F32));
             ladder.rungs[0].precision = Precision::F32;
             ladder.rungs[0].tree = Precision::F32;

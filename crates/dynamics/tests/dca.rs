@@ -110,6 +110,19 @@ fn the_error_of_the_joins_is_squared() {
     );
 }
 
+/// Joins in f32 are made in f32: beside those in f64 their rounding shows in the accelerations.
+#[test]
+fn joins_are_made_in_their_precision() {
+    let chain = generate::random_chain(300, &Rod::default(), 1).unwrap();
+    let (state, forces) = inputs(&chain, 2);
+    let solve = |tree| {
+        let mut workspace = DcaWorkspace::new(&chain, &options(Precision::F64, tree, 8)).unwrap();
+        let qdd = dca(&chain, &state, &forces, &mut workspace).unwrap();
+        qdd.iter().map(|x| x.to_bits()).collect::<Vec<_>>()
+    };
+    assert_ne!(solve(Precision::F32), solve(Precision::F64));
+}
+
 /// Masses over eight decades, massless links, heavy tips: what the cut bodies are for. In f64 no
 /// digit more is lost than the recursion loses by its own; a heavy tip costs nothing.
 #[test]

@@ -324,6 +324,31 @@ fn what_was_asked_for_is_kept_or_refused() {
     assert_eq!(kept.accelerations().unwrap(), qdd);
 }
 
+/// More corrections than are made are refused, and the message says how many are.
+#[test]
+fn corrections_have_a_bound() {
+    let model = generate::random_chain(20, &Rod::default(), 1).unwrap();
+    for algorithm in [None, Some(Algorithm::Aba), Some(Algorithm::Dca)] {
+        let asked = |sweeps| {
+            let options = SolverOptions {
+                algorithm,
+                sweeps,
+                ..SolverOptions::default()
+            };
+            Solver::new(&model, &options)
+        };
+        asked(3).unwrap();
+        for many in [4, usize::MAX] {
+            let refused = asked(many).unwrap_err();
+            assert!(matches!(refused, Error::Sweeps { sweeps, .. } if sweeps == many));
+            assert!(
+                refused.to_string().contains("ask for 3 at most"),
+                "{refused}"
+            );
+        }
+    }
+}
+
 /// Corrections that a solver is asked for are those of [`refine`], and its check sees what they leave.
 #[test]
 fn solvers_correct_as_often_as_asked() {

@@ -1,7 +1,8 @@
 // Rounds in which there is nothing but joins, one a team at most. What tables say of the workgroup's joins is fetched
-// once, onto the chip: reads that wait for each other would make up a round. What else is read of a join is read
-// two rounds ahead, but for what others of the workgroup hand it; two rounds take turns at that, because a lane
-// that moves what it has read waits for it.
+// once, onto the chip: reads that wait for each other would make up a round. On the way down, and up in a correction,
+// what else is read of a join is read two rounds ahead, but for what others of the workgroup hand it; two rounds take
+// turns at that, because a lane that moves what it has read waits for it. Up in a solution nothing is: nodes go
+// through memory.
 
 const LANES = 256u;
 

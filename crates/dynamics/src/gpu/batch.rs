@@ -10,6 +10,7 @@ mod tree;
 
 pub use choice::{BatchChoice, BatchOptions};
 
+use crate::forces::check_step;
 use crate::{Algorithm, Error, Forces, Motor, Precision, SphericalMotor, loops};
 use engine::{Engine, Failure, Fixed, Why};
 use forest::Forest;
@@ -381,13 +382,7 @@ impl Batch {
     /// # Errors
     /// [`Error::NonFiniteInput`], [`Error::Gpu`].
     pub fn steps_on_device(&mut self, h: f64, count: u32) -> Result<(), Error> {
-        if !h.is_finite() {
-            return Err(Error::NonFiniteInput {
-                quantity: "step",
-                element: "batch".to_owned(),
-                value: h,
-            });
-        }
+        check_step("batch", h)?;
         let fixed = &self.fixed;
         let ran = in_engine!(
             &mut self.engine,

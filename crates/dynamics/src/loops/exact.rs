@@ -138,13 +138,13 @@ impl Loops {
                 (left * self.row_scales[row], size * self.row_scales[row])
             });
             let (left, size) = terms.fold((0.0_f64, 0.0_f64), |(left, size), (row, own)| {
-                (left.max(row.abs()), size.max(own))
+                (worst_of(left, row.abs()), worst_of(size, own))
             });
-            if size > 0.0 { left / size } else { 0.0 }
+            if size == 0.0 { 0.0 } else { left / size }
         };
         (self.constraints.iter())
             .map(of_constraint)
-            .fold(0.0, f64::max)
+            .fold(0.0, worst_of)
     }
 
     /// By how much accelerations differ from those in `spread`, as part of the largest in SI and of no less than `least`

@@ -6,6 +6,7 @@
 //! part (`judge.rs`).
 
 use super::judge::Judge;
+use crate::solver::MOST_SWEEPS;
 use crate::tolerance::{ROUNDING, check_tolerance};
 use crate::{Achieved, Algorithm, Error, Forces, Precision, Refinement, cost, gpu};
 use vertebra_assembly::{Model, State};
@@ -16,9 +17,6 @@ const EVERY: usize = 64;
 /// Measurements that a rung has to pass before the next cheaper one, which failed before, is tried again: making one and
 /// coming back from it takes as long as some hundred steps, of the 4096 in between a few hundredths.
 const RETRY: usize = 64;
-
-/// Corrections of a solution at most.
-const MOST_SWEEPS: usize = 3;
 
 /// Precisions of chunks and of joins, and corrections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -97,7 +97,8 @@ pub(super) struct Layered {
     pub(super) rounds: u32,
     /// First word of its table.
     pub(super) starts: u32,
-    /// Whether there is anything but joins, or more of these than have a place.
+    /// Whether there is anything but joins, or more of these in a workgroup than have a place, in a round than it has lanes, or in
+    /// more rounds than are looked up at once.
     pub(super) mixed: bool,
     /// Whether anything is done on the way down.
     pub(super) down: bool,
@@ -339,6 +340,53 @@ mod tests {
             round += 1;
         }
         rounds
+    }
+
+    /// A workgroup with one round or one join more than there are places has none of them on chip, and its table is that of rounds
+    /// of all kinds.
+    #[test]
+    fn joins_beyond_the_places_have_none() {
+        let width = Width {
+            lanes: 128,
+            join: 1,
+            rounds: 3,
+        };
+        let one_by_one = |joins: usize| (0..joins).map(|join| vec![Item::Join(join)]).collect();
+        let at_once = |joins: usize| vec![(0..joins).map(Item::Join).collect::<Vec<_>>()];
+        let most = PLACES as usize;
+        for group in [one_by_one(most), at_once(most)] {
+            let places = Places::new(&[group], most, &width).unwrap();
+            assert!((0..PLACES).all(|place| places.of(place as usize) == place));
+            assert_eq!(places.of(most), NOWHERE);
+        }
+        for group in [one_by_one(most + 1), at_once(most + 1)] {
+            assert!(Places::new(&[group], most + 1, &width).is_none());
+        }
+        // Rounds without joins count too.
+        let mut group = one_by_one(most);
+        group.push(Vec::new());
+        assert!(Places::new(&[group], most, &width).is_none());
+
+        for joins in [most, most + 1] {
+            let mut rounds = Rounds::new(1, joins);
+            for join in 0..joins {
+                let need = join.checked_sub(1).map_or(Item::Chunk(0), Item::Join);
+                rounds.push(join, Item::Join(join), &[need]);
+            }
+            let record = |join, places: &Places| [places.of(join); RECORD as usize];
+            let mut words = Vec::new();
+            let layers = rounds.layers(0, &width, &record, &mut words);
+            let [layer] = layers[..] else {
+                panic!("{layers:?}");
+            };
+            let fits = joins == most;
+            assert_eq!((layer.rounds as usize, layer.mixed), (joins, !fits));
+            let records = words[2 * joins + 1..].chunks(RECORD as usize);
+            assert_eq!(records.len(), joins);
+            for (place, record) in (0..).zip(records) {
+                assert_eq!(record[0], if fits { place } else { NOWHERE });
+            }
+        }
     }
 
     /// Every item is in one place, after what it needs, and what it needs within a dispatch is in its

@@ -1,6 +1,7 @@
 //! What a simulation on a GPU is asked for.
 
 use crate::dca::{check_precisions, has_heavy_end};
+use crate::solver::MOST_SWEEPS;
 use crate::{Error, Integrator, Precision};
 use vertebra_assembly::Model;
 use vertebra_assembly::schedule::ScheduleOptions;
@@ -15,9 +16,6 @@ const LONG_CHAIN: usize = 8192;
 
 /// The same with corrections over joins in f32: the longer the chunks, the fewer joins lose digits (`docs/accuracy.md`).
 const EXACT_WINDOW: usize = 16;
-
-/// Corrections after which a solution has all the digits of its chunks.
-const MOST_SWEEPS: usize = 3;
 
 /// How a model is simulated on a GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -404,10 +404,10 @@ impl Simulation {
 
     /// The same in a step.
     fn solve_in(&mut self, step: Option<f64>) -> Result<(), Error> {
+        let task = Task::Accelerations(self.implicit_in(step)?);
         if let Some(h) = step {
             self.set_step(h)?;
         }
-        let task = Task::Accelerations(self.implicit_in(step)?);
         self.upload_motors()?;
         self.turn()?;
         let tables = &self.tables;
@@ -502,13 +502,6 @@ impl Simulation {
     }
 
     fn set_step(&mut self, h: f64) -> Result<(), Error> {
-        if !h.is_finite() {
-            return Err(Error::NonFiniteInput {
-                quantity: "step",
-                element: "simulation".to_owned(),
-                value: h,
-            });
-        }
         if h.to_bits() != self.step.to_bits() {
             self.force_numbers[STEP_SIZE] = h / self.model.units().time;
             let numbers = &self.force_numbers;

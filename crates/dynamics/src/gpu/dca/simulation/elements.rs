@@ -2,6 +2,7 @@
 
 use super::{Engines, Simulation};
 use crate::elements::{PASSES, Parts};
+use crate::forces::check_step;
 use crate::gpu::Explicit;
 use crate::gpu::dca::Options;
 use crate::gpu::dca::engine::{JOINT_FORCES, Task};
@@ -141,6 +142,7 @@ impl Simulation {
     /// Solutions that a step may take: none in which elements are implicit where there are none or another method
     /// takes them as they are; one where no law has a bound.
     pub(super) fn attempts(&self, h: f64) -> Result<u32, Error> {
+        check_step("simulation", h)?;
         let Some(elements) = &self.elements else {
             return Ok(0);
         };
@@ -155,7 +157,7 @@ impl Simulation {
         })
     }
 
-    /// Refuses a step that elements do not take.
+    /// Refuses a step that is no number, or that elements do not take.
     pub(crate) fn check_step(&self, h: f64) -> Result<(), Error> {
         self.attempts(h).map(drop)
     }
