@@ -3,6 +3,7 @@
 use super::Loops;
 use super::constraint::Constraint;
 use super::envelope::Envelope;
+use crate::residual::worst_of;
 use crate::tolerance::Method;
 
 /// Rounding of a product of J with columns of H^-1 J', as a multiple of the epsilon of the factors: mu is no less.
@@ -74,13 +75,16 @@ impl Loops {
             let mut compliance = 0.0_f64;
             for row in constraint.rows.clone() {
                 let size = constraint.size_of(row);
-                compliance = compliance.max(*self.matrix.diagonal_mut(row) / (size * size));
+                compliance = worst_of(compliance, *self.matrix.diagonal_mut(row) / (size * size));
             }
             for row in constraint.rows.clone() {
-                self.row_scales[row] = if compliance > 0.0 {
+                self.row_scales[row] = if compliance == 0.0 {
+                    0.0
+                } else if compliance.is_finite() {
                     1.0 / (constraint.size_of(row) * compliance.sqrt())
                 } else {
-                    0.0
+                    // Overflowed: not to be taken for a loop that nothing moves.
+                    f64::NAN
                 };
             }
         }
@@ -141,8 +145,8 @@ impl Loops {
         let mut last = f64::INFINITY;
         for _ in 0..iterations {
             let left = super::largest(&self.residual);
-            let gained = left < 0.5 * last;
-            if left <= rounding || !gained {
+            // What has overflowed goes on into the accelerations, which are then refused.
+            if left.is_finite() && (left <= rounding || left >= 0.5 * last) {
                 break;
             }
             last = left;

@@ -230,6 +230,45 @@ fn loops_are_not_left_open_silently() {
     assert!(off(&held, &tree) > 0.1);
 }
 
+/// Forces at the end of the range of numbers, on a chain so long that what they do at its end is beyond it first: the loop
+/// holds there as it does elsewhere, or it is an error.
+#[test]
+fn loops_are_not_left_open_by_what_overflows() {
+    let light = generate::Rod {
+        mass: 1e-9,
+        ..generate::Rod::default()
+    };
+    let (model, mut state) = held(&generate::random_chain(60, &light, 3).unwrap());
+    state.qd.fill(0.0);
+    for algorithm in [Algorithm::Aba, Algorithm::Dca] {
+        let options = SolverOptions {
+            algorithm: Some(algorithm),
+            ..SolverOptions::default()
+        };
+        let mut solver = Solver::new(&model, &options).unwrap();
+        let mut by = |force: f64| {
+            let mut forces = Forces::none(&model);
+            forces.joint[0] = force;
+            let qdd = solver.forward_dynamics(&model, &state, &forces)?;
+            Ok::<Vec<f64>, Error>(qdd.iter().map(|qdd| qdd / force).collect())
+        };
+        let right = by(1e280).unwrap();
+        let (mut held, mut refused) = (0, 0);
+        for halving in 0..60 {
+            match by(f64::MAX * 0.9 * f64::from(-halving).exp2()) {
+                Ok(found) => {
+                    let off = off(&found, &right);
+                    assert!(off <= 1e-9, "{algorithm:?}, 2^-{halving}: {off:e}");
+                    held += 1;
+                }
+                Err(Error::Overflow { .. }) => refused += 1,
+                Err(other) => panic!("{other:?}"),
+            }
+        }
+        assert!(held > 0 && refused > 0, "{held} held, {refused} refused");
+    }
+}
+
 /// A batch solves items of a model with loops as each alone, on any number of threads; what fails fails alone.
 #[test]
 fn batches_keep_loops_closed() {
