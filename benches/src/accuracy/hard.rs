@@ -66,6 +66,8 @@ pub(crate) struct Lost {
     pub(crate) once: f64,
     /// Of what two corrections leave.
     pub(crate) twice: f64,
+    /// By how much the forces that f32 joins on a GPU round exceed those that accelerate anything.
+    pub(crate) carried: f64,
 }
 
 impl Lost {
@@ -76,6 +78,7 @@ impl Lost {
         recursion: 1.0,
         once: 1.0,
         twice: 1.0,
+        carried: 1.0,
     };
 }
 
@@ -260,6 +263,7 @@ impl Hard {
             recursion,
             once,
             twice,
+            carried: 1.0,
         };
         match self {
             Self::Coil => {
@@ -285,7 +289,10 @@ impl Hard {
             }
             Self::Held => {
                 let some = real(bodies) / 16.0;
-                of(real(bodies), some, some, some)
+                Lost {
+                    carried: 2.0 * some,
+                    ..of(real(bodies), some, some, some)
+                }
             }
             _ => Lost::NOTHING,
         }

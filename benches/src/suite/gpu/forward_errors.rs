@@ -65,3 +65,33 @@ pub(super) fn forward_errors(device: &Device) -> Outcome {
     }
     Ok(figures)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is stored of a device is what its check allows: bounds that no device has met, or that what was measured exceeds,
+    /// would be found out only there.
+    #[test]
+    fn stored_errors_are_within_bounds() {
+        let cases = Case::all();
+        for (device, text) in STORED {
+            let stored = parse(text).unwrap();
+            let sized = |entry: &&crate::accuracy::entry::Entry| SIZES.contains(&entry.bodies);
+            let mut judged = 0;
+            for entry in stored.iter().filter(sized) {
+                let is_of = |case: &&Case| {
+                    (entry.shape.as_str(), entry.pattern.as_str())
+                        == (case.shape.name(), case.pattern.name)
+                };
+                let case = cases.iter().find(is_of).unwrap();
+                let bounds = Bounds::on_gpu(case, entry);
+                for figure in judge(case, entry, None, bounds) {
+                    assert!(figure.passes(), "{device}: {figure:?}");
+                    judged += 1;
+                }
+            }
+            assert!(judged > 100, "{device}: {judged} figures");
+        }
+    }
+}
