@@ -11,7 +11,7 @@ use crate::tolerance::{ROUNDING, check_tolerance};
 use crate::{Achieved, Algorithm, Error, Forces, Precision, Refinement, cost, gpu};
 use vertebra_assembly::{Model, State};
 
-/// Steps between two measurements of the error: one takes about as long as eight steps of 2048 bodies on an H100.
+/// Steps between two measurements of the error: one takes about as long as 18 steps of 2048 bodies on an H100.
 const EVERY: usize = 64;
 
 /// Measurements that a rung has to pass before the next cheaper one, which failed before, is tried again: making one and
