@@ -111,9 +111,13 @@ pub fn run(arguments: &FuzzArgs) -> anyhow::Result<Outcome> {
     for ((question, outcome), count) in &tally.outcomes {
         println!("{question:<28} {outcome:<28} {count:>12}");
     }
+    let asked = match asked {
+        Asked::Cpu => "",
+        Asked::Gpu(..) => "--backend gpu ",
+    };
     for (number, failure) in tally.failures.iter().take(SHOWN) {
         println!(
-            "FAIL  model {number} (--seed {} --first {number} --models 1): {failure}",
+            "FAIL  model {number} ({asked}--seed {} --first {number} --models 1): {failure}",
             arguments.seed
         );
     }

@@ -47,7 +47,7 @@ pub fn subjects(selection: &Selection) -> anyhow::Result<Vec<Subject>> {
     Ok(vec![plain, free, pushed, still, mixed])
 }
 
-/// Whole steps of each on a GPU, in f32 joins over the chunks of most precision unless others are asked for; it computes all poses at the end of sixteen.
+/// Whole steps of each on a GPU, in the highest precision that it has unless others are asked for; it computes all poses at the end of sixteen.
 #[must_use]
 pub fn on_gpu<'a>(
     subjects: &'a [Subject],

@@ -165,7 +165,7 @@ impl Bounds {
 impl Bounds {
     /// What a GPU may do. Its chunks have 4 joints, 8 next to heavy bodies or 16 with corrections over f32 joins: more of what comes out of
     /// these is left. Each correction takes out what joins, and masses inside a chunk, have lost, by the same factor
-    /// again, down to the rounding of the bodies' equations, which bounds solutions too.
+    /// again, down to the rounding of the bodies' equations. Of what hangs at rest that is all there is of a solution's error, too.
     pub(super) fn on_gpu(case: &Case, entry: &Entry) -> Option<Self> {
         let (lost, left, carried) = match case.shape {
             Shape::Hard(hard) => {

@@ -191,8 +191,8 @@ impl Simulation {
     /// ([`Solver::check`]): a step that is checked takes one and a half solutions more, of models with
     /// loops two and a half of their trees and one of the loops. [`monitor`](Self::monitor) has what was found.
     ///
-    /// On a GPU the processor checks ([`check_accelerations`](crate::check_accelerations)) what is read back for it,
-    /// about 0.7 ms for 2048 bodies: as long as several steps take there.
+    /// On a GPU the processor checks ([`check_accelerations`](crate::check_accelerations)) what is read back for it, which
+    /// takes as long as some ten steps there.
     ///
     /// # Errors
     /// [`Error::ToleranceRange`].

@@ -74,7 +74,8 @@ pub struct Achieved {
     /// Corrections made.
     pub sweeps: u32,
     /// Residual of the bodies' own equations that the solution leaves, all corrections made (measured as
-    /// [`Refinement::residual`] is).
+    /// [`Refinement::residual`] is). Of a GPU that of its joint accelerations alone, from which the processor adds up the
+    /// bodies': like that of joint torques it grows with the condition.
     pub residual: f64,
     /// Estimate of the forward error max |qdd - exact| / max |exact|.
     pub error: f64,

@@ -468,17 +468,17 @@ fn precisions() {
         matches!(refused, Error::PrecisionUnavailable { .. }),
         "{refused}"
     );
-    // Joins are in f32 but where light bodies beside heavy ones keep no digits there.
-    let joins = [
-        (Masses::Equal, Precision::F32),
-        (Masses::Alternating(1e3), Precision::F32),
-        (Masses::Alternating(1e6), Precision::F64),
-        (Masses::EveryEighth(0.0), Precision::F32),
-    ];
-    for (masses, expected) in joins {
-        let model = generate::uneven_tree(40, 1, &Rod::default(), &masses, 1).unwrap();
-        let simulation = Simulation::on(&device, &model, &Options::default()).unwrap();
-        assert_eq!(simulation.precisions().1, expected, "{masses:?}");
+    for (tree, expected) in [
+        (None, Precision::F64),
+        (Some(Precision::F32), Precision::F32),
+        (Some(Precision::F64), Precision::F64),
+    ] {
+        let asked = Options {
+            tree,
+            ..Options::default()
+        };
+        let simulation = Simulation::on(&device, &model, &asked).unwrap();
+        assert_eq!(simulation.precisions(), (Precision::F64, expected));
     }
     let finer = options(Precision::F32, Precision::F64, 8);
     let refused = Simulation::on(&device, &model, &finer).unwrap_err();

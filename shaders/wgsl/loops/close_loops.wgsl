@@ -191,6 +191,7 @@ fn main(
     var rounding = rounding_of(g);
     var is_done = false;
     var is_stale = false;
+    var has_overflowed = false;
     var energy: real = 0.0;
     for (var round_ = 0u; round_ < ROUNDS; round_++) {
         place_members(g, lane);
@@ -253,6 +254,8 @@ fn main(
         if mode != POSITIONS {
             let most = select(PROJECTIONS, ITERATIONS, mode == ACCELERATIONS);
             is_done = left <= rounding || left >= 0.5 * last || iteration == most;
+            // Otherwise the first iteration would end here, with the loops left open.
+            has_overflowed = has_overflowed || left >= 0.5 * INFINITE;
             if is_done {
                 break;
             }
@@ -287,7 +290,7 @@ fn main(
         if !is_done {
             fail(OPEN, own_slot);
         }
-        if most >= INFINITE {
+        if most >= INFINITE || has_overflowed {
             fail(OVERFLOW, own_slot);
         }
     }

@@ -171,6 +171,9 @@ fn scale_row(g: Group, r: u32) {
     for (var i = 0u; i < c.rows; i++) {
         let size = size_of(row_at(g, c.first_row + i));
         let square = number(row_memory(g, c.first_row + i) + SQUARE);
+        if !is_finite(square) {
+            fail(OVERFLOW, member_at(g, words[c.chains]).spot.slot);
+        }
         compliance = max(compliance, square / (size * size));
     }
     let moves: bool = compliance > 0.0;

@@ -256,24 +256,21 @@ impl Chain<'_> {
         let forward = self.error()?;
         let sweeps = self.options.sweeps;
         let (mut plain, mut refined) = (self.corrected(0)?, self.corrected(sweeps)?);
-        let mut alone = Vec::new();
+        let mut shares = Vec::new();
         let timing = sample(meter, || {
-            alone.push(solved(&mut plain)?);
-            solved(&mut refined)
+            let (alone, whole) = (solved(&mut plain)?, solved(&mut refined)?);
+            shares.push((whole / alone - 1.0) / sweeps as f64);
+            Ok(whole)
         })?;
         let profile = self.profile(&mut refined, Simulation::solve)?;
-        let alone = crate::measure::Timing::from_samples(alone);
-        Ok(timing.zip(alone).map(|(timing, alone)| {
-            let share = (timing.median_s / alone.median_s - 1.0) / sweeps as f64;
-            Row {
-                error_forward: Some(forward),
-                note: format!(
-                    "a correction takes {:.0} % of the solution's {:.1} us, in turns; without kinematics{profile}",
-                    100.0 * share,
-                    1e6 * alone.median_s,
-                ),
-                ..self.row(method, &timing)
-            }
+        let share = crate::measure::Timing::from_samples(shares);
+        Ok(timing.zip(share).map(|(timing, share)| Row {
+            error_forward: Some(forward),
+            note: format!(
+                "each correction adds {:.0} % of a solution without any, in turns; without kinematics{profile}",
+                100.0 * share.median_s,
+            ),
+            ..self.row(method, &timing)
         }))
     }
 

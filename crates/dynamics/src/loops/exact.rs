@@ -140,7 +140,14 @@ impl Loops {
             let (left, size) = terms.fold((0.0_f64, 0.0_f64), |(left, size), (row, own)| {
                 (worst_of(left, row.abs()), worst_of(size, own))
             });
-            if size == 0.0 { 0.0 } else { left / size }
+            if !size.is_finite() {
+                // Beside what has overflowed nothing is known.
+                1.0
+            } else if size == 0.0 {
+                0.0
+            } else {
+                left / size
+            }
         };
         (self.constraints.iter())
             .map(of_constraint)

@@ -1,6 +1,7 @@
 //! What cannot be closed, and what does not fit.
 
 use crate::remote::device;
+use crate::{bound, largest, off};
 use glam::DVec3;
 use vertebra_assembly::{
     Closure, Joint, MassProperties, Model, ModelDescription, State, mechanism,
@@ -66,6 +67,52 @@ fn what_cannot_be_closed_is_refused_by_name() {
         matches!(&error, Error::LoopNotClosed { name, violation, .. } if name == "wire" && *violation > 1e-3),
         "{error}"
     );
+}
+
+/// Forces at the end of the range of numbers that a device counts on: loops hold there as they do elsewhere, or it is an error.
+#[test]
+fn loops_are_not_left_open_by_what_overflows() {
+    let Some(device) = device() else { return };
+    let (model, bar) = mechanism::four_bar(1.0, 0.3, 0.9, 0.7, 0.4).unwrap();
+    let mut description = model.describe();
+    // Of heavy bodies among light ones accelerations are small beside what they ask of loops, in units of their compliance.
+    for body in &mut description.bodies {
+        (body.mass.mass, body.mass.inertia) = (1e8 * body.mass.mass, 1e8 * body.mass.inertia);
+    }
+    for light in 0..12 {
+        let rod = MassProperties::rod(1.0, 1.0, 0.1);
+        description = description.body(
+            format!("light-{light}"),
+            None,
+            Joint::revolute(DVec3::Y),
+            rod,
+        );
+    }
+    let model = description.build().unwrap();
+    let mut state = State::neutral(&model);
+    state.q[..bar.q.len()].copy_from_slice(&bar.q);
+    let mut simulation = Simulation::on_gpu(&device, model, &Options::default()).unwrap();
+    simulation.set_state(state).unwrap();
+    let joins = simulation.choice().tree;
+    let mut by = |force: f64| {
+        simulation.forces_mut().joint[0] = force;
+        let qdd = simulation.accelerations()?;
+        Ok::<Vec<f64>, Error>(qdd.iter().map(|qdd| qdd / force).collect())
+    };
+    let right = by(1e20).unwrap();
+    let (mut held, mut refused) = (0, 0);
+    for halving in 0..60 {
+        match by(1e42 * f64::from(-halving).exp2()) {
+            Ok(found) => {
+                let off = off(&found, &right) / largest(&right);
+                assert!(off <= bound((joins, joins)), "1e42 / 2^{halving}: {off:e}");
+                held += 1;
+            }
+            Err(Error::Overflow { .. }) => refused += 1,
+            Err(other) => panic!("{other:?}"),
+        }
+    }
+    assert!(held > 0 && refused > 0, "{held} held, {refused} refused");
 }
 
 /// More equations than a workgroup keeps.

@@ -22,9 +22,8 @@ const EXACT_WINDOW: usize = 16;
 pub struct Options {
     /// Precision of kinematics, chunks and the state; none for f64 where the adapter has it, else f32.
     pub chunks: Option<Precision>,
-    /// Precision of the joins, at most that of the chunks; none for that of the chunks. Under chunks in f64 joins in f32 save some
-    /// 15 % of the time on devices whose f64 is half as fast as their f32, more where it is slower, and cost ten digits
-    /// (`docs/gpu.md`).
+    /// Precision of the joins, at most that of the chunks; none for that of the chunks. Under chunks in f64 joins in f32 save time,
+    /// most where f64 is slow, and cost eight digits or more (`docs/gpu.md`).
     pub tree: Option<Precision>,
     /// How bodies are gathered into chunks; none for 4 joints each, or 8 of
     /// 8192 and more or where bodies weigh 16 times those inboard of them, or 16 with corrections over joins in f32.

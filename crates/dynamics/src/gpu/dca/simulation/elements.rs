@@ -140,7 +140,7 @@ impl Simulation {
     }
 
     /// Solutions that a step may take: none in which elements are implicit where there are none or another method
-    /// takes them as they are; one where no law has a bound.
+    /// takes them as they are; one where no law has a bound. Refuses a step that is no number.
     pub(super) fn attempts(&self, h: f64) -> Result<u32, Error> {
         check_step("simulation", h)?;
         let Some(elements) = &self.elements else {
