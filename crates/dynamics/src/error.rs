@@ -312,7 +312,7 @@ pub enum Error {
     },
     /// More corrections of every solution than are made, or, on a GPU, any of chunks in f32.
     #[error(
-        "{sweeps} corrections of every solution in {chunks}: at most {} are made, on a GPU of chunks in {} alone; ask for fewer",
+        "{sweeps} corrections of every solution in {chunks}: ask for {} at most, on a GPU for none unless chunks are in {}",
         crate::solver::MOST_SWEEPS,
         crate::Precision::F64
     )]
