@@ -7,7 +7,7 @@
 
 use super::judge::Judge;
 use crate::solver::MOST_SWEEPS;
-use crate::tolerance::{ROUNDING, check_tolerance};
+use crate::tolerance::{ROUNDING, check_tolerance, hidden_errors};
 use crate::{Achieved, Algorithm, Error, Forces, Precision, Refinement, cost, gpu};
 use vertebra_assembly::{Model, State};
 
@@ -81,7 +81,10 @@ impl Exact {
         let bodies = model.bodies().len();
         // What costs more than f64 throughout, corrected, gains nothing on it.
         let dearest = rung(F64, F64, 1).cost(bodies);
-        rungs.retain(|rung| rung.likely() <= tolerance && rung.cost(bodies) <= dearest);
+        // The processor judges by factors in f64.
+        let is_judged = hidden_errors(model) * F64.epsilon() <= tolerance;
+        rungs
+            .retain(|rung| is_judged && rung.likely() <= tolerance && rung.cost(bodies) <= dearest);
         rungs.sort_by(|a, b| a.cost(bodies).total_cmp(&b.cost(bodies)));
         Ok(Self {
             tolerance,
