@@ -206,7 +206,7 @@ pub struct FuzzArgs {
     /// Models to try, 100000 by default, on a GPU 256; some of them are too unreasonable to be built.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     pub models: Option<u64>,
-    /// The number of the first: with `--models 1`, the model that a failure names.
+    /// The number of the first: with `--models 1` and the same `--seed`, the model that a failure names.
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     pub first: u64,
     /// Stop after so many seconds, at the end of a block of 512 models, of 8 on a GPU.

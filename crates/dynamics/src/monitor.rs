@@ -21,6 +21,9 @@ type OnExceeded = Box<dyn FnMut(&Check) -> ControlFlow<()> + Send + Sync>;
 /// Watches the error of the accelerations in a [`Simulation`](crate::Simulation), on the CPU and on GPUs: a check
 /// every so many steps, and what was worse than wanted.
 ///
+/// What it finds is an estimate: of solutions in f32 that are [corrected](crate::SolverOptions::sweeps) on the CPU at most half of their error,
+/// and too little of light bodies between ball joints (`docs/accuracy.md`).
+///
 /// ```
 /// use vertebra_assembly::{State, generate};
 /// use vertebra_dynamics::{Monitor, Precision, Simulation};

@@ -52,7 +52,8 @@ pub struct SolverOptions {
     /// [`refine`](crate::refine), but that none takes the drift of places out; on a GPU of chunks in f64 alone. Of models with closed loops the
     /// tree's solution is corrected, to which the loops respond.
     pub sweeps: usize,
-    /// Largest forward error wanted, max |qdd - exact| / max |exact|, from 2.3e-16 to less than 1; the solver then
+    /// Largest forward error wanted, max |qdd - exact| / max |exact| by no less than loads cause ([`forward_error`](crate::forward_error)),
+    /// from `f64::EPSILON` to less than 1; the solver then
     /// picks precisions and corrections itself, and refuses what it cannot have so exactly. None for solutions as they come.
     pub tolerance: Option<f64>,
 }

@@ -51,7 +51,7 @@ const LEFT: f64 = 0.1;
 /// (`docs/accuracy.md`).
 const SPREAD: f64 = 1e4;
 
-/// What ball joints next to light bodies may cost, as a multiple of the ratio of masses ([`hidden_errors`]).
+/// What ball joints between light and heavy bodies may cost, as a multiple of the ratio of masses ([`hidden_errors`]).
 const BALLS: f64 = 4.0;
 
 /// The error that rounding leaves, as a multiple of the response to forces as large as the rounding of
@@ -421,23 +421,38 @@ impl Ladder {
     }
 }
 
-/// The errors of factors that corrections by them do not show, in epsilons of their precision; 0 without ball joints.
+/// The errors of factors that corrections by them do not show, in epsilons of their precision.
 ///
 /// A light body between two ball joints that carries a heavy one turns by next to nothing but its own inertia, of which factors keep the
 /// digits that the heavy one's leave. Corrections gain a tenth of that error each, or a thousandth, behind larger changes of all else, and
 /// forces as large as rounding respond as little. Of 10 kg, 1e-3 to 1e-10 kg and 10 kg, in 2000 positions each, the largest
-/// errors that were given out for 1e-12 were half the ratio of the masses; [`BALLS`] times as much is counted on.
+/// errors that were given out for 1e-12 were half the ratio of the masses; [`BALLS`] times the largest ratio is counted on, of masses and
+/// moments that a ball joint carries to those of its own body.
 pub(crate) fn hidden_errors(model: &Model) -> f64 {
-    let is_ball = |body: &Body| match body.joint.kind {
-        JointKind::Spherical => true,
-        JointKind::Free => body.parent.is_some(),
-        _ => false,
-    };
-    if model.bodies().iter().any(is_ball) {
-        BALLS * spread(model)
-    } else {
-        0.0
+    let bodies = model.bodies();
+    // The largest mass and moment of each body and those it carries.
+    let own = |body: &Body| [body.mass.mass, moment(&body.mass)];
+    let mut carried: Vec<[f64; 2]> = bodies.iter().map(own).collect();
+    let mut largest = 0.0_f64;
+    for (index, body) in bodies.iter().enumerate().rev() {
+        let of_all = carried[index];
+        if let Some(parent) = body.parent {
+            let above = &mut carried[parent.index()];
+            *above = [above[0].max(of_all[0]), above[1].max(of_all[1])];
+        }
+        let is_ball = match body.joint.kind {
+            JointKind::Spherical => true,
+            JointKind::Free => body.parent.is_some(),
+            _ => false,
+        };
+        if is_ball {
+            for (all, own) in of_all.into_iter().zip(own(body)) {
+                largest = largest.max(all / own);
+            }
+        }
     }
+    // Of bodies that carry nothing heavier factors keep all digits.
+    if largest > 1.0 { BALLS * largest } else { 0.0 }
 }
 
 /// Refuses what is no relative error that f64 can hold: at 1 no digit is right, whatever the answer.
@@ -450,12 +465,14 @@ pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
 
 /// The largest ratio of the masses of a model's bodies, or of their moments about the joints; infinite if some have none.
 fn spread(model: &Model) -> f64 {
-    let moment = |body: &MassProperties| {
-        let about_center: f64 = (0..3).map(|k| body.inertia.col(k)[k]).sum();
-        about_center + 2.0 * body.mass * body.center.length_squared()
-    };
     let bodies = || model.bodies().iter().map(|body| &body.mass);
     ratio(bodies().map(|body| body.mass)).max(ratio(bodies().map(moment)))
+}
+
+/// A body's moments of inertia about its joint, added up \[kg m^2\].
+fn moment(body: &MassProperties) -> f64 {
+    let about_center: f64 = (0..3).map(|k| body.inertia.col(k)[k]).sum();
+    about_center + 2.0 * body.mass * body.center.length_squared()
 }
 
 /// That of the largest number to the least.
